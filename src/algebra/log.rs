@@ -12,14 +12,14 @@ impl UnitDualQuaternion {
     /// Returns the paper's logarithm (eq. 32, `logdq`): half the rotation vector \[rad\], then half the translation \[m\].
     ///
     /// Rotation and translation are decoupled. This is not the logarithm of SE(3), which is [`screw_log`](Self::screw_log). The
-    /// angle of rotation is that of the quaternion with its sign, in `[0, 2π)`.
+    /// sign of the quaternion counts: the angle of rotation is in `[0, 2π)`.
     #[doc(alias = "logdq")]
     pub fn half_log(&self) -> Vector6<f64> {
         stack(0.5 * rotation_vector(&self.real()), 0.5 * self.translation())
     }
 
     /// Returns the pose of eq. 13 (the paper's `explogdq`). This is the inverse of [`half_log`](Self::half_log). The paper refers
-    /// to eq. 31 for it, but the product of eq. 31 rotates the translation, too, which gives another pose.
+    /// to eq. 31 for this function. But the product of eq. 31 also rotates the translation, which gives another pose.
     #[doc(alias = "explogdq")]
     pub fn half_exp(half_log: &Vector6<f64>) -> Self {
         let (half_rotation, half_translation) = split(half_log);
@@ -63,8 +63,8 @@ impl UnitDualQuaternion {
     /// Returns the pose at the fraction `t` of the screw from this pose (`t` = 0) to `other` (`t` = 1). This is screw linear
     /// interpolation (Kavan et al. 2006): `q exp(t log(q* other))`.
     ///
-    /// Takes the shorter of the two screws, whatever the signs of the poses are. At a half turn both are equally long. Then the
-    /// signs decide or, if the scalar part is 0, the rounding of the product. A `t` outside \[0, 1\] continues on the screw.
+    /// Takes the shorter of the two screws, whatever the signs of the poses are. At a half turn, both screws are equally long.
+    /// Then the signs of the poses decide or, if the scalar part is 0, rounding. A `t` outside \[0, 1\] continues on the screw.
     #[must_use]
     pub fn sclerp(&self, other: &Self, t: f64) -> Self {
         let relative = self.inverse() * *other;

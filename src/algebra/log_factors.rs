@@ -4,9 +4,9 @@ use wide::f64x2;
 
 /// Returns `½θ / sin ½θ` and `β = (1 − ½θ cot ½θ)/θ²` of an angle θ in `[0, π]` with this `cos ½θ`, accurate to rounding.
 ///
-/// This is fast because both are polynomials in `1 − cos ½θ`, which are evaluated in parallel, in four independent sums. The
-/// formulas would need a root, an arc tangent and three quotients, one after the other. Near 0 no series is needed, because nothing
-/// is divided by θ.
+/// This is fast because both factors are polynomials in `1 − cos ½θ`, which are evaluated in parallel, in four independent sums.
+/// The formulas would need a root, an arc tangent and three quotients, one after the other. Near θ = 0 no series is needed,
+/// because there is no division by θ.
 #[inline(always)]
 pub(super) fn log_factors(half_cosine: f64) -> [f64; 2] {
     let x = f64x2::splat(1.0 - half_cosine);

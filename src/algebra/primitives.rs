@@ -64,8 +64,8 @@ impl Line {
         Self(q * self.0 * q.conjugate())
     }
 
-    /// Returns the vector from the line to `point` \[m\], perpendicular to the line: `l × (p × l − m)`. Its length is the distance,
-    /// and its direction is the gradient of the distance.
+    /// Returns the vector from the line to `point` \[m\], perpendicular to the line: `l × (p × l − m)`. Its length is the distance
+    /// of the point from the line, and its direction is the gradient of that distance.
     pub fn offset(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let direction = self.direction();
         direction.cross(&(point.cross(&direction) - self.moment()))

@@ -14,7 +14,8 @@ pub struct NotUnit {
     pub norm: f64,
 }
 
-/// Returns the rotation of a quaternion (x, y, z, w) as users type it and messages carry it. It is normalized, and keeps its sign.
+/// Returns the rotation of a quaternion (x, y, z, w) as users type it and messages carry it. The result is normalized, and keeps
+/// the sign of the quaternion.
 ///
 /// ```
 /// use dq_algebra::unit_rotation;

@@ -126,7 +126,7 @@ impl UnitDualQuaternion {
         [way.norm(), self.rotation().angle_to(&other.rotation())]
     }
 
-    /// Returns the inverse pose. Because `q q* = 1`, it is the conjugate `q*` (the paper's `cdualq`).
+    /// Returns the inverse pose. Because `q q* = 1`, the inverse is the conjugate `q*` (the paper's `cdualq`).
     #[doc(alias = "cdualq")]
     #[doc(alias = "conjugate")]
     #[must_use]
@@ -134,7 +134,7 @@ impl UnitDualQuaternion {
         Self { inner: self.inner.conjugate() }
     }
 
-    /// Converts a point from the coordinates of this frame to those of the base frame \[m\]: `r p r* + t`.
+    /// Converts the coordinates of a point in this frame to coordinates in the base frame \[m\]: `r p r* + t`.
     pub fn transform_point(&self, point: &Point3<f64>) -> Point3<f64> {
         self.rotation() * point + self.translation()
     }

@@ -24,7 +24,7 @@ const READ_STEP: usize = 1 << 16;
 /// The size of the largest record that is read, and of the largest chunk that is unpacked \[bytes\].
 const RECORD_LIMIT: u64 = 1 << 27;
 
-/// The size of the opcode and the length before each record \[bytes\].
+/// The size of the header of each record: its opcode (1) and its length (8) \[bytes\].
 const HEAD: u64 = 9;
 
 /// An MCAP file that has been read once.

@@ -84,7 +84,7 @@ pub struct BagWriter {
     distro: &'static str,
 }
 
-/// The state of the bag that the metadata describe.
+/// The state that the bag has by its metadata.
 struct MetadataState {
     topics: usize,
     messages: u64,

@@ -14,7 +14,7 @@ const CLOSED_TOLERANCE: f64 = 1e-3;
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// The smallest overlap so far of the two parts of each pair \[m\]; 0 for a pair that was apart.
+    /// For each pair of parts, the smallest overlap so far \[m\]; 0 for parts that have been apart.
     closed: Option<Vec<f64>>,
 }
 
@@ -24,8 +24,8 @@ impl Gaps {
         Self { placed: Placed::of(&scene), closed: None, scene }
     }
 
-    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap, unless it has overlapped
-    /// from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
+    /// Checks the arms `chains`. Their joints are at `theta` \[rad, prismatic: m\], arm after arm. No pair of parts may overlap,
+    /// unless the pair has overlapped from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
     ///
     /// # Errors
     /// The first [`Violation`] found.

@@ -1,13 +1,13 @@
-//! The guard monitors the commands to an arm from outside the servo. If they end during a motion, it stops the arm. Most
-//! controllers have no timeout of their own, and continue at the last velocity forever.
+//! The guard monitors the commands to an arm from outside the servo. If the commands end during a motion, the guard stops the arm.
+//! Most controllers have no timeout of their own, and continue at the last velocity forever.
 
 use dq_common::named;
 use dq_limits::Interface;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// How long the guard commands a stop. One command that arrives is enough. After that time, the guard must not disturb the next
-/// sender of commands.
+/// How long the guard sends the command of a stop. A single command is enough if it arrives. Afterwards, the guard must not
+/// disturb the next sender of commands.
 const STOPPING: Duration = Duration::from_secs(1);
 
 /// A servo may be silent for this many of its control periods, even if the guard's timeout is shorter.
@@ -48,10 +48,11 @@ pub struct Guard {
     heard: Option<Duration>,
     /// Whether the last command moves the arm, and nothing has stopped it since.
     moves: bool,
-    /// The last measured positions \[rad, prismatic: m\], and when they arrived.
+    /// The last measured positions \[rad, prismatic: m\].
     measured: Vec<f64>,
+    /// When the last measured positions arrived.
     measured_at: Option<Duration>,
-    /// The start of the present period in which the guard has received joint states without a gap, and no command.
+    /// Since when the guard has received joint states without a gap, but no command.
     silent_since: Duration,
     /// The time of the guard's last step.
     looked: Duration,
@@ -80,7 +81,7 @@ impl Guard {
         }
     }
 
-    /// Changes the time without a command after which commands count as ended.
+    /// Sets the time without a command after which commands count as ended.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
@@ -134,8 +135,8 @@ impl Guard {
         to.saturating_sub(from) > self.patience().mul_f64(LONGEST_GAP)
     }
 
-    /// Returns the command to send at `now`, if any. It is zeros, or, if the arm takes positions, the positions that were measured
-    /// when commands ended.
+    /// Returns the command to send at `now`, if any: zeros or, if the arm takes positions, the positions that were measured when
+    /// the commands ended.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let before = std::mem::replace(&mut self.looked, now);
         if self.is_gap(before, now) {
@@ -190,8 +191,9 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Runs a guard with a timeout of 100 ms for three seconds, in steps of 2 ms. The guard receives `command` and `state` at the
-    /// times at which `looks` is true. Returns the time \[ms\] and the value of its first command.
+    /// Runs a guard with a timeout of 100 ms for three seconds, in steps of 2 ms. The functions `command` and `state` give the
+    /// messages at each time. The guard runs and receives them at the times at which `looks` is true. Returns the time \[ms\] and
+    /// the value of the guard's first command.
     fn watches(
         interface: Interface,
         command: impl Fn(f64) -> Option<[f64; 2]>,
@@ -257,7 +259,7 @@ mod tests {
         let silent = |time: f64| (0.5..0.8).contains(&time);
         let moving = |time: f64| (!silent(time)).then_some([1.0, time]);
         for interface in [Interface::Velocity, Interface::Position] {
-            // The guard loses the messages that it has missed, or receives them at its next step.
+            // The guard either loses the messages that came while it did not run, or receives them at its next step.
             assert_eq!(watches(interface, moving, moving, |_| true), None);
             let all = |time| Some([1.0, time]);
             assert_eq!(watches(interface, all, all, |time| !(500..800).contains(&time)), None);

@@ -7,7 +7,7 @@ use dq_kinematics::arm::ToolSpeed;
 use dq_limits::{Limits, STOP_TIME, Violation};
 use std::time::Duration;
 
-/// How far a joint may pass a position limit, because joint states are some cycles old \[rad\].
+/// How far a joint may pass a position limit, because joint states are some cycles old \[rad, prismatic: m\].
 const POSITION_TOLERANCE: f64 = 1e-3;
 
 /// The fraction by which a tool may exceed its speed limits, because the arm's positions are some cycles old.
@@ -23,10 +23,10 @@ pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// Until this time the tool may exceed its limits: because the limits were lowered, or because a stop has bent the tool's path.
-    /// In a stop, each joint brakes independently.
+    /// Until this time the tool may exceed its speed limits, either because the limits were lowered or because the arm stops. In a
+    /// stop each joint brakes independently, so that the tool leaves its path.
     tool_excused_until: Duration,
-    /// How far each joint is allowed to be beyond its position limits \[rad\]; `None` until the first positions.
+    /// How far each joint is allowed to be beyond its position limits \[rad, prismatic: m\]; `None` until the first positions.
     beyond: Option<Vec<f64>>,
 }
 
@@ -36,11 +36,12 @@ struct Command {
     time: Duration,
     speeds: Vec<f64>,
     standing: bool,
-    /// The deceleration that each joint may have after the command [rad/s²]: the largest limit since the joint last stood.
+    /// The deceleration that each joint may have after the command [rad/s², prismatic: m/s²]: the largest limit since the joint
+    /// last stood.
     decelerations: Vec<f64>,
-    /// The jerk that each joint may have after the command [rad/s³]: the largest limit since the joint last stood.
+    /// The jerk that each joint may have after the command [rad/s³, prismatic: m/s³]: the largest limit since the joint last stood.
     jerks: Vec<f64>,
-    /// The change of each joint's speed by this command [rad/s]; `None` if unknown.
+    /// The change of each joint's speed by this command [rad/s, prismatic: m/s]; `None` if unknown.
     steps: Option<Vec<f64>>,
 }
 
@@ -50,8 +51,8 @@ impl Invariants {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Applies other limits, as a change of parameters does. A speed above a lowered limit may come down to it at the joint's
-    /// deceleration.
+    /// Applies other limits, as a change of parameters does. A speed above a lowered limit may decrease to the limit at the
+    /// joint's deceleration.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();
@@ -69,12 +70,12 @@ impl Invariants {
         self.tool_excused_until = now + Duration::from_secs_f64(STOP_TIME) + 2 * self.period;
     }
 
-    /// Checks the joint velocities `command` [rad/s] of the cycle at `time`. `standing` tells whether the arm must come to rest,
-    /// for example because it is paused. If more than a period has passed since the last command, commands were lost, and the step
-    /// may be larger accordingly.
+    /// Checks the joint velocities `command` [rad/s, prismatic: m/s] of the cycle at `time`. `standing` tells whether the arm must
+    /// come to rest, for example because it is paused. If more than a period has passed since the last command, commands were lost,
+    /// and the step may be larger accordingly.
     ///
     /// # Errors
-    /// The first [`Violation`] found. The next command is compared with this one in any case.
+    /// The first [`Violation`] found. In any case, the next command is compared with this command.
     pub fn check(&mut self, time: Duration, command: &[f64], standing: bool) -> Result<(), Violation> {
         self.check_numbers(command)?;
         let last = self.last.take();
@@ -113,8 +114,8 @@ impl Invariants {
         }
     }
 
-    /// Checks joint positions \[rad\], in the order of the commands. A joint that is outside its limits at the beginning may stay
-    /// outside and come back, but must not move farther out.
+    /// Checks joint positions \[rad, prismatic: m\], in the order of the commands. A joint that is outside its limits at the
+    /// beginning may stay outside and come back, but must not move farther out.
     ///
     /// # Errors
     /// The first [`Violation`] found.
@@ -193,7 +194,7 @@ impl Invariants {
         Ok(())
     }
 
-    /// Checks the step of a joint under a jerk limit. The step is the joint's change of speed, `change`.
+    /// Checks `change`, the step of a joint's speed, under a jerk limit.
     fn check_jerk(
         &self,
         joint: usize,
@@ -210,7 +211,7 @@ impl Invariants {
         let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
         let faster = self.limits.joint_acceleration[joint] * self.period.as_secs_f64();
         let limit = if goes_on { faster.max(most) } else { faster };
-        // A joint above a lowered limit comes down to it as fast as the jerk allows.
+        // A joint above a lowered limit slows down to the limit as fast as the jerk allows.
         if step.abs() > rounded(limit, before) && step.abs() > rounded(last.abs() - jerk, 4.0 * before) {
             return Err(Violation::Acceleration { joint: number, step: step.abs(), limit });
         }
@@ -233,7 +234,8 @@ impl Invariants {
         }
     }
 
-    /// Returns the largest deceleration [rad/s²] and jerk [rad/s³] in force since the joint last stood for two commands.
+    /// Returns the largest deceleration [rad/s², prismatic: m/s²] and jerk [rad/s³, prismatic: m/s³] in force since the joint last
+    /// stood for two commands.
     fn latched(&self, joint: usize, last: Option<&Command>) -> (f64, f64) {
         let stands = |last: &&Command| {
             last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)

@@ -3,32 +3,35 @@
 /// Relative tolerance for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// How a joint with limited jerk slows down. All numbers count in the direction that slows the joint [rad/s].
+/// How a joint with limited jerk slows down. Changes of speed are positive if they slow the joint down [rad/s, prismatic: m/s].
 pub(super) struct Slowing {
-    /// The change of speed in this cycle, and in the next field the change in the previous cycle.
+    /// The change of speed in this cycle.
     pub step: f64,
+    /// The change of speed in the previous cycle.
     pub before: f64,
-    /// The largest change of speed per cycle, and the largest difference between two such changes.
+    /// The largest change of speed per cycle.
     pub most: f64,
+    /// The largest difference between the changes of speed in two successive cycles.
     pub jerk: f64,
 }
 
 impl Slowing {
-    /// Returns the total by which the joint slows down if its steps, from the present one on, decrease as fast as possible.
+    /// Returns the total by which the joint slows down if its steps, from the present step on, decrease as fast as possible [rad/s,
+    /// prismatic: m/s].
     fn slows_by(&self) -> f64 {
         let parts = (self.step / self.jerk).max(0.0);
         let count = parts.floor() + 1.0;
         self.jerk * count * (parts - 0.5 * (count - 1.0))
     }
 
-    /// Returns whether the joint, which is too fast by `gap` [rad/s], slows down as fast as it can.
+    /// Returns whether the joint, which is too fast by `gap` [rad/s, prismatic: m/s], slows down as fast as it can.
     pub fn is_enough_for(&self, gap: f64) -> bool {
         let rising = self.step - self.before >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
         rising || self.step >= self.most * (1.0 - ROUNDING) || self.slows_by() >= gap - self.slack(gap)
     }
 
-    /// Returns whether the joint can slow down by exactly `gap` after this step, or at least decreases its steps as fast as the
-    /// jerk allows.
+    /// Returns whether the joint, from this step on, need not slow down by more than `gap` [rad/s, prismatic: m/s], or decreases
+    /// its steps as fast as the jerk allows.
     pub fn ends_at(&self, gap: f64) -> bool {
         let falling =
             self.before - self.step >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();

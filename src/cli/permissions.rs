@@ -110,7 +110,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds the permission to call the services of the node that move or stop the arm.
+    /// Adds the permission to call those services of the node that move or stop the arm.
     fn commands(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for service in &node.services {
             self.calls(&node.names.service(service)?);

@@ -40,7 +40,7 @@ impl ArmParameters {
     }
 }
 
-/// The parameters of the cycle. The guard declares them, too, so that one file can set the parameters of all nodes.
+/// The parameters of the cycle. The guard declares them, too, so that one parameter file can set them for all nodes.
 #[derive(Parameters)]
 pub(super) struct CycleParameters {
     /// stamps follow /clock; timeouts and the cycle always follow the system's monotonic clock
@@ -114,8 +114,8 @@ impl JointParameters {
     }
 }
 
-/// The frames and the description of the arm. They have no defaults, because a default would name a robot that does not exist. A
-/// parameter file, such as the built-in one, names them.
+/// The frames and the description of the arm. They have no defaults, because a default would name a robot that does not exist.
+/// Parameter files, such as the built-in file, set them.
 #[derive(Parameters)]
 struct FrameParameters {
     /// name of the frame of the arm's base
@@ -128,7 +128,7 @@ struct FrameParameters {
     #[parameter(fixed)]
     robot_description: String,
     /// file that contains the robot_description
-    // It is read at the start; then its arm is in robot_description.
+    // The node reads the file when it starts; afterwards `robot_description` has the arm.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
 }
@@ -155,7 +155,7 @@ struct RowParameters {
 }
 
 impl RowParameters {
-    /// Returns the kinematics of these rows. There must be one row for each of `count` joints.
+    /// Returns the kinematics of the arm with these rows. There must be one row for each of `count` joints.
     fn chain(&self, count: usize) -> Result<Chain, ParameterError> {
         for (name, list) in [("arm.alpha", &self.alpha), ("arm.a", &self.a), ("arm.d", &self.d)] {
             exactly(name, list, count)?;

@@ -12,8 +12,8 @@ use std::time::Duration;
 named! {
     /// The QoS reliability with which the servo subscribes to joint states.
     "reliability" StatesReliability {
-        /// Reliable, until a publisher offers only best effort. From then on best effort, which also receives from reliable
-        /// publishers.
+        /// Reliable, until a publisher appears that offers only best effort. From then on best effort, with which the servo also
+        /// receives from reliable publishers.
         Auto = "auto",
         /// Publishers send lost joint states again. The servo does not receive from publishers that offer only best effort.
         Reliable = "reliable",
@@ -84,7 +84,7 @@ impl From<DampingParameters> for Damping {
 }
 
 impl CommonParameters {
-    /// Builds the servo's parameters for `arms`. Each of the arms is like `arm`.
+    /// Builds the servo's parameters for `arms`: one or two copies of `arm`.
     ///
     /// # Errors
     /// [`ParameterError`] if values contradict each other.

@@ -21,7 +21,7 @@ pub(super) struct Described {
     pub text: String,
     /// Where the description comes from: `robot_description`, or the name of the file.
     source: String,
-    /// The path of the file, if the description comes from one.
+    /// The path of the file, if the description comes from a file.
     file: Option<PathBuf>,
     /// A message about an irregularity in the description that did not prevent reading.
     pub odd: Option<String>,
@@ -33,8 +33,8 @@ pub(super) struct Described {
     alternatives: Option<Vec<String>>,
 }
 
-/// The time from rest to the velocity limit \[s\]. It determines the acceleration limit of joints for which the description has
-/// none.
+/// The time from rest to the velocity limit \[s\]. It determines the acceleration limit of joints for which the description has no
+/// such limit.
 const TIME_TO_FULL_SPEED: f64 = 0.5;
 
 impl Described {
@@ -87,8 +87,8 @@ impl Described {
         ))
     }
 
-    /// Returns values for parameters that the user has not set. Limits that the user has set take precedence over those of the
-    /// description.
+    /// Returns values for parameters that the user has not set. Limits that the user has set take precedence over the limits in
+    /// the description.
     pub fn defaults(&self, given: &GivenLimits) -> Vec<(String, Value)> {
         let limits: Vec<_> = self.arm.moving().map(|joint| joint.limits).collect();
         let described: Option<Vec<f64>> = limits.iter().map(speed).collect();
@@ -106,7 +106,7 @@ impl Described {
             };
             let dynamics: Vec<_> = limits.iter().enumerate().zip(&velocity).map(of).collect();
             let each = |of: fn(&Dynamics) -> f64| Value::DoubleArray(dynamics.iter().map(of).collect());
-            // The velocity comes first, so that an invalid velocity is reported, not its consequences.
+            // The velocity comes first. So an invalid velocity is reported itself, and not the invalid limits that result from it.
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
             values.push(("limits.joint_acceleration", each(|one| one.acceleration)));
             if limits.iter().any(|limits| limits.deceleration.is_some()) {
@@ -117,7 +117,7 @@ impl Described {
             }
         }
         if limits.iter().any(|limits| limits.range().is_some()) {
-            // No position beyond this is accepted, so this range does not restrict the joint.
+            // The servo accepts no position beyond this range, so the range does not restrict the joint.
             let free = (-bounds::JOINT_ANGLE, bounds::JOINT_ANGLE);
             let (lower, upper) = limits.iter().map(|limits| limits.range().unwrap_or(free)).unzip();
             values.push(("limits.joint_position_lower", Value::DoubleArray(lower)));
@@ -236,7 +236,7 @@ fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     }
 }
 
-/// Returns the error for a description that has no element.
+/// Returns the error for the text of a `robot_description` that has no XML element.
 fn no_description(text: &str) -> ParameterError {
     let why = match text.contains('/') || text.contains(".urdf") {
         true => "is a path, not a URDF: give a file as robot_file",
@@ -246,7 +246,7 @@ fn no_description(text: &str) -> ParameterError {
     ParameterError::File { file: "robot_description".to_owned(), why }
 }
 
-/// The limits of a joint apart from its speed.
+/// The limits of a joint on acceleration, deceleration and jerk.
 struct Dynamics {
     acceleration: f64,
     deceleration: f64,
@@ -255,8 +255,8 @@ struct Dynamics {
 
 impl Dynamics {
     /// Computes the limits of a joint from the `limits` in its description and its speed limit `velocity`. As in URDF, a missing
-    /// deceleration equals the acceleration, and a missing jerk is unlimited. Each limit is at least large enough to stop the joint
-    /// in time.
+    /// deceleration equals the acceleration, and a missing jerk is unlimited. Each limit is at least so large that the joint stops
+    /// within [`STOP_TIME`].
     fn of(limits: &JointLimits, velocity: f64) -> Self {
         let given =
             |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));
@@ -309,7 +309,7 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// Returns the limits in force of the joint with the index `joint`. `limits` are those of the description.
+    /// Returns the limits in force of the joint with the index `joint`. `limits` are its limits in the description.
     fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();

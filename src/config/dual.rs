@@ -11,7 +11,7 @@ use dq_params::{Declarer, ParameterError, Parameters};
 #[derive(Clone, Debug, PartialEq)]
 pub struct DualParameters(pub ServoParameters);
 
-/// The parameters that only the servo of two arms has.
+/// The parameters that only the servo for two arms has.
 #[derive(Parameters)]
 struct TwoArmParameters {
     /// pose of the right arm's base in the left arm's base frame: x y z \[m\], then qx qy qz qw
@@ -46,7 +46,7 @@ impl Parameters for DualParameters {
         let gain = if two.controller == Map::Transpose { two.transpose } else { two.inverse };
         common.settings.controller = Controller::of_two_arms(two.controller, aim, gain, two.damping.into());
         let right = arm.chain.clone().standing_at(&pose("right_base", two.right_base)?);
-        // The plants' frames differ by a prefix, which is the plant's namespace.
+        // The frames of the two plants differ by a prefix: the namespace of the plant.
         let [goal, tool] = ["left", "right"].map(|side| format!("{side}/{}", arm.tool_frame));
         common.build(&arm, Arms::two(arm.chain.clone(), right), Frames { goal, tool }).map(Self)
     }

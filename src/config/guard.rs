@@ -14,7 +14,7 @@ pub struct GuardParameters {
     pub joints: JointOrder,
     /// The kind of commands that the arm takes.
     pub interface: Interface,
-    /// The time without a command after which commands count as ended.
+    /// The time without a command after which the guard stops a moving arm.
     pub command_timeout: Duration,
     /// The SCHED_FIFO priority of the guard's thread; 0 for none.
     pub realtime_priority: u8,

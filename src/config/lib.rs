@@ -1,7 +1,8 @@
 //! The parameters of the nodes: a field declares each parameter, with unit, range, default and description.
 //!
-//! [`Servo::for_arm`](ForArm::for_arm) creates the servo of a built-in arm, and [`ServoParameters::from_urdf`] that of a robot description.
-//! For other limits, another law, other gains, another control period or an arm of DH rows, use [`ServoParameters`]:
+//! [`Servo::for_arm`](ForArm::for_arm) creates the servo of a built-in arm, and [`ServoParameters::from_urdf`] the parameters for
+//! a robot description. For other limits, another law, other gains, another control period or an arm of DH rows, use
+//! [`ServoParameters`]:
 //!
 //! ```
 //! use dq_kinematics::arm::{Chain, Convention, DhRow};
@@ -26,7 +27,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A node gets the same from parameters in files and arguments:
+//! A node gets its parameters from files and arguments:
 //!
 //! ```
 //! use dq_config::{NodeParameters, ServoParameters};
@@ -131,18 +132,18 @@ pub trait NodeParameters: Parameters + Send + 'static {
         Self::from_store(&store)
     }
 
-    /// Returns the parameter `robot_description` of a node that was started with the description `text`. The parameter has only the
+    /// Returns the value of the parameter `robot_description` of a node that was started with the description `text`: only the
     /// part in use, which is the arm.
     fn description_in_force(_text: String, arm: &DescribedArm) -> String {
         arm.urdf()
     }
 
-    /// Creates the store with which the node with the full name `node` starts if these values are given. Later values override
-    /// earlier ones. Returns the store and warnings.
+    /// Creates the parameter store of a node with the full name `node` that starts with the values `given`. Later values override
+    /// earlier values. Returns the store and warnings.
     ///
     /// If nothing describes an arm, the built-in arm is used. As soon as `joints` or any `arm.*` is given, nothing of the built-in
-    /// arm remains, because a mixture of two arms would move wrongly. A robot description replaces both. The description provides
-    /// the values that are not set: joint names, limits, and the initial positions of the plant.
+    /// arm remains, because a mixture of two arms would move wrongly. A robot description replaces the built-in arm and `arm.*`.
+    /// The description provides the values that are not set: joint names, limits, and the initial positions of the plant.
     ///
     /// # Errors
     /// [`ParameterError::Missing`] for an incomplete arm, [`ParameterError::File`] for a robot description without an arm, and the

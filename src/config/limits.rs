@@ -1,14 +1,15 @@
-//! Completes the limits that parameters set for the joints of one arm to the limits of a servo.
+//! Completes the joint limits that parameters set for one arm, so that they become the limits of a servo.
 
 use super::common::exactly_or_none;
 use dq_core::servo::{Limits, RAMP_TIME, STOP_TIME};
 use dq_kinematics::arm::JointKind;
 use dq_params::{ParameterError, exactly};
 
-/// Completes each list to one number per joint of `arms` equal arms.
+/// Completes each list of limits, so that it has one number for each joint of `arms` equal arms.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`] for a list of another length, and for limits by which a joint cannot move or stop in time.
+/// [`ParameterError::Invalid`] for a list of another length, and for limits with which a joint cannot accelerate or stop within
+/// the required time.
 pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -> Result<(), ParameterError> {
     let count = joints.len();
     exactly("limits.joint_velocity", &limits.joint_velocity, count)?;
@@ -39,7 +40,7 @@ pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -
     Ok(())
 }
 
-/// Fills an empty list with `none`, and checks the length of the list.
+/// Fills an empty list with `count` times `none`. Checks the length of any other list.
 fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Result<(), ParameterError> {
     if list.is_empty() {
         list.resize(count, none);

@@ -10,7 +10,7 @@ use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use dq_plant::Realism;
 use std::time::Duration;
 
-/// The default name of the simulated built-in arm, and that of any other simulated arm.
+/// The default node name of the simulated built-in arm, and the default node name of any other simulated arm.
 pub const PLANT_NAMES: [&str; 2] = ["puma560", "arm"];
 
 /// The plant's parameters, typed and checked as a whole.
@@ -32,7 +32,7 @@ pub struct PlantParameters {
     pub frame_prefix: String,
 }
 
-/// The parameters of the plant in addition to those of the arm.
+/// The parameters that the plant has besides the parameters of the arm.
 #[derive(Parameters)]
 struct DeclaredPlant {
     /// joint positions at the start and after ~/reset, one per joint \[rad, m\]
@@ -125,7 +125,7 @@ impl Parameters for PlantParameters {
 
 impl PlantParameters {
     /// Returns a message about joints that start beyond their position limits; `None` if there are none. The simulated arm still
-    /// starts there, as a real arm would that somebody has pushed there.
+    /// starts there. A real arm that somebody has pushed there would start there, too.
     pub fn beyond_limits(&self) -> Option<String> {
         let joints = self.arm.joints.iter().zip(self.arm.chain.kinds());
         let beyond = joints.zip(self.initial_positions.iter().zip(&self.limits)).filter_map(

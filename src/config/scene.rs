@@ -41,8 +41,8 @@ pub(super) struct GivenScene {
 }
 
 impl SceneParameters {
-    /// Builds the scene of these arms. `joints` are the names of the joints that move the links of each arm. Invalid texts are
-    /// rejected even if constraints are off.
+    /// Builds the scene of these arms. `joints` are the names of the joints that move the links of each arm. The function rejects
+    /// invalid texts even if constraints are off.
     ///
     /// # Errors
     /// [`ParameterError::Invalid`] for the first invalid text.

@@ -12,7 +12,7 @@ use thiserror::Error;
 /// The reason why an arm is unknown, or has no servo.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SetupError {
-    /// The name is not that of a built-in arm.
+    /// There is no built-in arm with this name.
     #[error("no built-in arm is called {0:?}: expected one of {names}", names = ARMS.map(|(name, _)| name).join(", "))]
     UnknownArm(String),
     /// The description of the arm is invalid.
@@ -52,7 +52,7 @@ impl ForArm for Servo {
 
 impl ServoParameters {
     /// Creates the parameters for two built-in arms `name`. The base of the right arm is at `left_base_from_right_base`. The
-    /// controlled pose is that of the right tool relative to the left tool.
+    /// controlled pose is the pose of the right tool relative to the left tool.
     ///
     /// # Errors
     /// [`SetupError::UnknownArm`] for an unknown name.
@@ -67,7 +67,7 @@ impl ServoParameters {
     }
 
     /// Creates the parameters for the arm between the links `base_frame` and `tool_frame` in a robot description, with its limits.
-    /// A joint without an acceleration limit gets one with which it reaches its velocity limit in half a second.
+    /// A joint without an acceleration limit gets the acceleration with which it reaches its velocity limit in half a second.
     ///
     /// # Errors
     /// [`SetupError::Parameters`] for a text that is not a robot description, has no arm between these links, or has no velocity

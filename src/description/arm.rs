@@ -36,7 +36,7 @@ pub enum DescriptionError {
     /// The robot has no links.
     #[error("the robot description defines no link: is it a macro file that was run through xacro?")]
     NoLink,
-    /// An element lacks a required part, or has an invalid one.
+    /// An element lacks a required part, or has an invalid part.
     #[error("{kind} {name:?} of the robot description: {why}")]
     Element {
         /// The kind of element.
@@ -170,7 +170,7 @@ pub struct DescribedJoint {
     pub mimic: Option<Mimic>,
 }
 
-/// How a joint follows its driver: its position is `multiplier · position + offset`.
+/// How a joint follows its driver: its position is `multiplier · p + offset` if the driver is at p.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mimic {
     /// The name of the driver, which mimics no other joint.
@@ -198,7 +198,7 @@ pub(crate) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
 }
 
 impl DescribedJoint {
-    /// Returns the joint's frame at position 0, in the parent's frame.
+    /// Returns the joint's frame in the parent's frame, at joint position 0.
     pub fn parent_from_joint(&self) -> UnitDualQuaternion {
         pose(self.xyz, self.rpy)
     }
@@ -220,7 +220,7 @@ impl DescribedJoint {
         frame.into()
     }
 
-    /// Narrows the limits of this joint so that `joint`, which mimics it, stays within its own limits.
+    /// Narrows the limits of this joint so that `joint`, which mimics this joint, stays within its own limits.
     pub(crate) fn bind(&mut self, joint: &Self, Mimic { multiplier, offset, .. }: &Mimic) {
         let limits = &mut self.limits;
         if let Some((lower, upper)) = joint.limits.range() {
@@ -248,16 +248,17 @@ impl DescribedJoint {
 pub struct DescribedArm {
     /// The name of the robot.
     pub robot: String,
-    /// All joints from the base to the tool, including fixed ones.
+    /// All joints from the base to the tool, including fixed joints.
     pub joints: Vec<DescribedJoint>,
-    /// The drivers that are not between base and tool. Their frames do not matter.
+    /// The joints that are mimicked by joints between base and tool, but are not between base and tool themselves. Their frames do
+    /// not matter.
     pub drivers: Vec<DescribedJoint>,
 }
 
 impl DescribedArm {
     /// Yields the joints that move on their own, base first. These are the joints between base and tool that mimic no other joint.
-    /// A driver that is not between base and tool replaces the first joint that mimics it. The limits of a driver keep its mimic
-    /// joints within their limits.
+    /// A driver that is not between base and tool replaces the first joint that mimics it. The limits of a driver are so narrow
+    /// that its mimic joints stay within their own limits.
     pub fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
         let mut elsewhere: Vec<_> = self.drivers.iter().collect();
         self.links().filter_map(move |joint| match &joint.mimic {
@@ -274,7 +275,7 @@ impl DescribedArm {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
     }
 
-    /// Returns how a joint of the arm drives `joint`; `None` if no joint of the arm does.
+    /// Returns how a joint of the arm drives `joint`; `None` if no joint of the arm drives it.
     pub fn coupling(&self, joint: &DescribedJoint) -> Option<Coupling> {
         let (name, ratio, offset) = match &joint.mimic {
             None => (&joint.name, 1.0, 0.0),

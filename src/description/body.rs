@@ -15,13 +15,13 @@ pub const LIMB_RADIUS: f64 = 0.05;
 /// Largest number of capsules of an arm, unless the arm has more links. The time of a cycle grows with the number of pairs.
 const MOST: usize = 16;
 
-/// Largest distance of a part of an arm from its joint \[m\]. A larger number is probably in millimeters.
+/// Largest distance of a shape from the joint that moves it \[m\]. A larger number is probably in millimeters.
 const FARTHEST: f64 = 10.0;
 
-/// Least thickness of a part of an arm \[m\].
+/// Least thickness of a shape \[m\].
 const THINNEST: f64 = 1e-6;
 
-/// The resolution of the numbers in the texts [1/m].
+/// The resolution of the numbers in the texts of capsules: steps per meter [1/m].
 const STEPS: f64 = 1e4;
 
 /// The capsules of an arm as texts of the parameter `body`.
@@ -33,12 +33,12 @@ pub struct FittedBody {
     pub warning: Option<String>,
 }
 
-/// Fits capsules around the shapes of the arm between these frames, and of the parts that it carries. `file` is the description's
-/// own file, if it has one.
+/// Fits capsules around the shapes of the arm between these frames, and around the shapes of the parts that the arm carries.
+/// `file` is the description's own file, if it has one.
 ///
-/// Carried parts are connected by fixed joints. Behind the arm's last joint they may also be connected by moving joints, as a hand
-/// with its fingers is; these are at their start positions. A link without shapes, or with a shape that cannot be read, gets the
-/// capsule along it from [`Body::along`].
+/// Carried parts are connected by fixed joints. Beyond the arm's last joint, they may also be connected by moving joints, as the
+/// fingers of a hand are. Such joints are at their start positions. A link without shapes, or with a shape that cannot be read,
+/// gets the capsule of [`Body::along`].
 ///
 /// # Errors
 /// [`DescriptionError`] if the description has no arm between the frames.
@@ -83,7 +83,7 @@ pub fn fitted(
     Ok(FittedBody { texts: texts.collect(), warning })
 }
 
-/// Returns a capsule around a shape, in the frame that moves with the joint that carries the shape.
+/// Returns a capsule around a shape, in the frame of the joint that carries the shape.
 fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<Fitted, String> {
     let (link_from_shape, shape) =
         collision.shape.as_ref().ok_or("expected a box, a cylinder, a capsule, a sphere or a mesh")?;
@@ -117,8 +117,8 @@ fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<F
     }
 }
 
-/// Writes a capsule as a text of the parameter, in tenths of a millimeter. The radius is enlarged by the rounding error of the
-/// ends.
+/// Writes a capsule as a text of the parameter `body`, rounded to tenths of a millimeter. The radius is enlarged by the rounding
+/// error of the ends.
 fn written(joint: &str, Fitted { core, radius }: &Fitted) -> String {
     let rounded = |number: f64| (number * STEPS).round() / STEPS + 0.0;
     let ends: String = core.ends.iter().flatten().map(|number| format!(" {}", rounded(*number))).collect();

@@ -9,9 +9,9 @@ use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::path::Path;
 
-/// Largest depth of elements, because mesh-loader recurses into nested nodes. The next number is the largest number of placed
-/// geometries.
+/// Largest depth of elements, because mesh-loader recurses into nested nodes.
 const DEEPEST: usize = 100;
+/// Largest number of placed geometries.
 const MOST_PLACES: usize = 10_000;
 
 /// Largest number of elements and attributes.
@@ -20,10 +20,10 @@ const MOST_NODES: u32 = 2_000_000;
 /// The elements that place a node.
 const TRANSFORMS: [&str; 6] = ["matrix", "translate", "rotate", "scale", "lookat", "skew"];
 
-/// Reads the scene of a Collada file.
+/// Reads the scene of the Collada file with these `bytes`.
 ///
 /// # Errors
-/// The reason why it cannot be read.
+/// The reason why the file cannot be read.
 pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Scene, String> {
     let text = String::from_utf8_lossy(bytes);
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
@@ -59,7 +59,7 @@ fn check_depth(root: Node) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the text of the document without its unit, and without the transforms of its nodes.
+/// Returns the text of the document without the declaration of its unit, and without the transforms of its nodes.
 fn without_places(text: &str, document: &Document) -> String {
     let places = |node: &Node| {
         let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());
@@ -77,7 +77,8 @@ fn without_places(text: &str, document: &Document) -> String {
 /// The name of a geometry (`None`: all geometries), and its transform \[m\].
 type Placed<'a> = (Option<&'a str>, Matrix4<f64>);
 
-/// Returns the placed geometries \[m\]. In a file without a scene, these are all geometries, scaled by the unit.
+/// Returns the geometries that the scene places, with their transforms \[m\]. Without a scene, returns all geometries, scaled by
+/// the unit.
 fn places<'a>(document: &'a Document) -> Result<Vec<Placed<'a>>, String> {
     let root = document.root_element();
     let child = |name: &'static str| root.children().filter(move |node| node.has_tag_name(name));
@@ -129,7 +130,7 @@ fn target<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     Some(node).filter(|node| node.has_tag_name(name))?.attribute("url")?.strip_prefix('#')
 }
 
-/// Returns the transform of a node: the product of its transforms. The last one is applied first.
+/// Returns the transform of a node: the product of its transform elements. The last element is applied first.
 fn transform(node: Node) -> Result<Matrix4<f64>, String> {
     let each =
         node.children().filter(|child| child.is_element() && TRANSFORMS.contains(&child.tag_name().name()));
@@ -159,7 +160,7 @@ fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// Returns the transformed mesh.
+/// Returns `mesh` transformed by `place`.
 fn moved(mesh: &Mesh, place: &Matrix4<f64>) -> Mesh {
     let mut mesh = mesh.clone();
     let linear = place.fixed_view::<3, 3>(0, 0).into_owned();

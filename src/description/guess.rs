@@ -24,8 +24,9 @@ pub struct Guess {
 /// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
 ///
 /// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
-/// end of the chain with the most joints, before the gripper and after fixed joints. A gripper is a jaw, or it begins at a link
-/// that carries several moving parts, each with at most as many joints as the arm before it. The base frame is `base_link` if that
+/// end of the chain with the most joints. That chain ends where a gripper begins, and includes the fixed joints at its end. The
+/// gripper is a one-sided joint at the end of an arm of more than four joints (a jaw). Otherwise it begins at a link that carries
+/// several moving parts, if none of these has more joints than the arm has up to that link. The base frame is `base_link` if that
 /// link is on the path to the tool, otherwise the root.
 ///
 /// # Errors
@@ -76,7 +77,7 @@ impl Branch<'_> {
 
     /// Returns whether the joint opens to one side only, by at most half a turn, as a jaw does and a wrist does not.
     fn is_one_sided(&self) -> bool {
-        /// The largest part of a jaw's range on the other side of zero.
+        /// The largest part of a jaw's range on the other side of zero, as a fraction of the range on its own side.
         const OTHER_SIDE: f64 = 0.25;
         let limit = |name| child_of(self.joint, "limit")?.attribute(name)?.trim().parse::<f64>().ok();
         let (lower, upper) = (limit("lower").unwrap_or(0.0), limit("upper").unwrap_or(0.0));
@@ -90,7 +91,7 @@ struct Branches<'a> {
     by_parent: HashMap<&'a str, Vec<Branch<'a>>>,
     /// For each link, a summary of all links beyond it.
     beyond: HashMap<&'a str, Beyond>,
-    /// All links, each one after its parent.
+    /// All links, each after its parent.
     order: Vec<&'a str>,
 }
 
@@ -112,7 +113,8 @@ impl<'a> Branches<'a> {
             }
         }
         let mut all = Self { by_parent, beyond: HashMap::new(), order: Vec::new() };
-        // A depth-first search, with the joints that lead to each link. It visits a link again after all links beyond it.
+        // A depth-first search, with the joints that lead to each link. The search visits a link again after all links beyond that
+        // link.
         let (mut stack, mut before) = (vec![(from, None, false)], HashSet::new());
         while let Some((link, joint, is_done)) = stack.pop() {
             if is_done {
@@ -230,7 +232,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the other links that the joint before `tool` carries rigidly, and the links that the next joints carry.
+    /// Returns the alternatives to `tool`: the links fixed to the same moving joint, and the first link beyond each following
+    /// joint.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent
@@ -245,7 +248,7 @@ impl<'a> Branches<'a> {
         }
         let (mut links, mut next) = (vec![first], 0);
         while let Some(link) = links.get(next) {
-            // Links beyond the next joint's own link do not count.
+            // Beyond the next moving joint, only the first link counts.
             let is_moved = next > 0 && parents.get(link).is_some_and(|(_, branch)| !branch.is_rigid());
             links.extend(self.of(link).iter().filter(|_| !is_moved).map(|branch| branch.child));
             next += 1;

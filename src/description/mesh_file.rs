@@ -57,9 +57,10 @@ fn kind(file: &str) -> Option<String> {
     Some(Path::new(file).extension()?.to_str()?.to_lowercase())
 }
 
-/// Returns the path of the file. A `package://` is searched in installed prefixes, in folders of packages, and in folders above the
-/// description's own file. A file with any other name must be in one of these packages, in the folder of the description's own
-/// file, or in a folder next to that folder. A description from the network has no file, and cannot refer to such files.
+/// Returns the path of the file. Searches for a `package://` name in installed prefixes, in folders of packages, and in the
+/// folders above the description's own file. A file with any other name must be in one of these packages, in the folder of the
+/// description's own file, or in a folder next to that folder. A description from the network has no file, and cannot refer to
+/// such files.
 fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option<PathBuf> {
     kind(file).filter(|kind| KINDS.contains(&kind.as_str()))?;
     let above = description.into_iter().flat_map(Path::ancestors).skip(1).map(Path::to_path_buf);
@@ -91,7 +92,8 @@ fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option
     Some(&path).filter(|path| (is_beside() || is_packaged()) && path.is_file()).cloned()
 }
 
-/// Yields ROS's folders of packages: `share` in each folder of the first list, and each folder of the second list.
+/// Yields the folders in which ROS has its packages: `share` in each folder of the list `prefixes`, and each folder of the list
+/// `packages`.
 fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf> {
     let each = |list: &'_ str| {
         list.split(':').filter(|part| !part.is_empty()).map(PathBuf::from).collect::<Vec<_>>()

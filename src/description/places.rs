@@ -10,8 +10,8 @@ use std::collections::HashMap;
 pub struct Place {
     /// The moving joint between base and tool that carries the link, counted from 1; 0 for a link fixed to the base.
     pub carrier: usize,
-    /// The pose of the link in the frame that moves with this joint, whose z axis is the joint's axis. For a link fixed to the
-    /// base, the pose in the base frame.
+    /// The pose of the link in the frame that moves with the carrier, whose z axis is the axis of that joint. For a link fixed to
+    /// the base, the pose in the base frame.
     pub carrier_from_link: UnitDualQuaternion,
     /// Whether the link is between the arm's base and its tool.
     pub is_of_arm: bool,
@@ -20,8 +20,8 @@ pub struct Place {
 }
 
 impl Description {
-    /// Returns the places of all links that are connected with the arm. `chain` is the arm's kinematics. Other joints are at their
-    /// start positions.
+    /// Returns the places of all links that are connected with the arm. `chain` is the arm's kinematics. Joints that are not part
+    /// of the arm are at their start positions.
     ///
     /// # Errors
     /// [`ArmError`] if the chain belongs to another arm.

@@ -3,10 +3,11 @@
 
 use mesh_loader::{Material, Mesh, Scene};
 
-/// The size of the header of a binary file \[bytes\]. The next numbers are the size of the count of triangles, and the size of each
-/// triangle.
+/// The size of the header of a binary file \[bytes\].
 const HEAD: usize = 80;
+/// The size of the count of triangles \[bytes\].
 const COUNT: usize = 4;
+/// The size of each triangle \[bytes\].
 const TRIANGLE: usize = 50;
 
 /// The size of a triangle's normal, which precedes its corners: three numbers of four bytes.
@@ -41,7 +42,7 @@ fn binary(bytes: &[u8]) -> Option<std::slice::ChunksExact<'_, u8>> {
     let begins_as_text =
         head.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let is_binary = size == triangles.len() || !begins_as_text || bytes.contains(&0);
-    // Some programs write no number of triangles or a wrong one. All data counts then.
+    // Some programs write no number of triangles, or a wrong number. Then all data counts.
     let known = triangles.get(..size).filter(|_| count > 0).unwrap_or(triangles);
     is_binary.then(|| known.chunks_exact(TRIANGLE))
 }

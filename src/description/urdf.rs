@@ -10,9 +10,9 @@ use std::fmt::Write;
 /// Two frames within this distance coincide \[m\].
 const SHORTEST_LINK: f64 = 1e-6;
 
-/// The radius of the first limb as a fraction of the arm's reach. The next number is the radius at the tool as a fraction of the
-/// first limb's radius.
+/// The radius of the first limb as a fraction of the arm's reach.
 const STOUTNESS: f64 = 0.04;
+/// The radius at the tool as a fraction of the first limb's radius.
 const TAPER: f64 = 0.45;
 
 impl DescribedArm {
@@ -53,7 +53,8 @@ impl DescribedArm {
         Ok(Self { robot: robot.to_owned(), joints, drivers: Vec::new() })
     }
 
-    /// Returns the URDF document of these joints and the links between them. Reading the document gives exactly the same arm.
+    /// Returns the URDF document of the arm: its joints and the links between them. Reading the document gives exactly the same
+    /// arm.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n", escaped(&self.robot));
         self.joints.iter().take(1).for_each(|joint| push_bare_link(&mut text, &joint.parent));
@@ -63,7 +64,7 @@ impl DescribedArm {
         text + "</robot>\n"
     }
 
-    /// Returns the document of [`urdf`](Self::urdf) with visuals. Each link has the housing of its joint, which is a drum about the
+    /// Returns the document of [`urdf`](Self::urdf) with visuals. Each link is drawn as the housing of its joint, a drum about the
     /// joint's axis, and a limb to the next joint.
     pub fn drawn_urdf(&self) -> String {
         let mut text =
@@ -134,7 +135,7 @@ fn push_joint(text: &mut String, joint: &DescribedJoint) {
             ("jerk", limits.jerk),
         ];
         let given = named.into_iter().filter_map(|(name, limit)| Some(format!(" {name}=\"{}\"", limit?)));
-        // URDF requires an effort, which is not used.
+        // URDF requires an effort limit, which this program does not use.
         let _ = writeln!(text, "    <limit effort=\"0\"{}/>", given.collect::<String>());
     }
     if let Some(Mimic { driver, multiplier, offset }) = &joint.mimic {
@@ -160,8 +161,8 @@ fn push_bare_link(text: &mut String, link: &str) {
     let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(link));
 }
 
-/// Writes a link with the housing of its joint. Adds a limb of this radius \[m\] from the link's frame to `end`, unless the two
-/// coincide.
+/// Writes a link with the housing of its joint. Adds a limb of this radius \[m\] from the origin of the link's frame to `end`,
+/// unless the two points coincide.
 fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
     let link = escaped(link);
     let housing = visual(&UnitDualQuaternion::identity(), 1.3 * radius, 2.8 * radius, "joint");
@@ -169,7 +170,7 @@ fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
     let _ = writeln!(text, "  <link name=\"{link}\">\n{housing}{limb}  </link>");
 }
 
-/// Returns a cylinder from the origin to `end`.
+/// Returns the visual of a limb: a cylinder from the origin to `end`; `None` if it is too short.
 fn limb(end: &Vector3<f64>, radius: f64) -> Option<String> {
     let length = end.norm();
     if length < SHORTEST_LINK {
@@ -181,7 +182,7 @@ fn limb(end: &Vector3<f64>, radius: f64) -> Option<String> {
     Some(visual(&UnitDualQuaternion::from_parts(turn, 0.5 * end), radius, length, "limb"))
 }
 
-/// Returns a cylinder along z whose middle is at `origin`.
+/// Returns the visual of a cylinder along z, whose middle is at `origin`.
 fn visual(origin: &UnitDualQuaternion, radius: f64, length: f64, material: &str) -> String {
     format!(
         "    <visual>\n      {}\n      <geometry><cylinder radius=\"{radius}\" length=\"{length}\"/></geometry>\n      \
@@ -196,7 +197,7 @@ mod tests {
     use dq_kinematics::arm::{Convention, DhRow};
     use nalgebra::Rotation3;
 
-    /// Returns the limbs in the document: the length, and both ends in the link's frame.
+    /// Returns the limbs in the document: for each limb, its length, and both ends in the link's frame.
     fn limbs(document: &str) -> Vec<(f64, [Vector3<f64>; 2])> {
         let numbers = |text: &str, key: &str| -> Vec<f64> {
             let (_, rest) = text.split_once(&format!("{key}=\"")).unwrap();
@@ -234,7 +235,7 @@ mod tests {
             assert!((length - expected_length).abs() < 1e-12);
             assert!(from.norm() < 1e-12 && (to - end).norm() < 1e-12, "{from} {to} {end}");
         }
-        // There is one for each link including the base, and one for the flange.
+        // There is one housing for each link including the base, and one for the flange.
         assert_eq!(document.matches("<material name=\"joint\"/>").count(), 6, "{document}");
     }
 

@@ -1,17 +1,17 @@
 //! Reads robot descriptions that are not XML, but that ROS 2's own parser (urdfdom with tinyxml2) accepts. Converts them to XML,
 //! line by line, for the strict parser.
 //!
-//! The grammar is that of tinyxml2 (11.0). quick-xml (0.42) rejects a tenth of the documents that tinyxml2 accepts: those with
-//! blanks after `<`, and with a `<!…>` other than DOCTYPE.
+//! The grammar is that of tinyxml2 (11.0). quick-xml (0.42) rejects a tenth of the documents that tinyxml2 accepts: documents with
+//! blanks after `<`, or with a `<!…>` other than DOCTYPE.
 
 use super::arm::DescriptionError;
 use dq_common::text::cut;
 
-/// The delimiters of markup that is not an element. A longer delimiter comes before a shorter one with the same beginning.
+/// The delimiters of markup that is not an element. A longer delimiter comes before a shorter delimiter with the same beginning.
 const MARKS: [(&str, &str); 4] = [("?", "?>"), ("!--", "-->"), (CDATA, "]]>"), ("!", ">")];
 const CDATA: &str = "![CDATA[";
 
-/// Returns the first `<robot>` of `text` as XML. Each element stays in its line.
+/// Returns the first `<robot>` of `text` as XML. Each element keeps its line number.
 ///
 /// # Errors
 /// [`DescriptionError::NotXml`] for a text that tinyxml2 rejects, too, [`DescriptionError::Xacro`] for a macro.
@@ -110,8 +110,9 @@ fn name(text: &str) -> Option<(&str, &str)> {
 struct Xml {
     out: String,
     depth: usize,
-    /// Whether the output is inside the robot element, and whether that element has ended.
+    /// Whether the output is inside the robot element.
     is_robot: bool,
+    /// Whether the robot element has ended.
     is_after: bool,
 }
 

@@ -130,8 +130,7 @@ fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
     Err(wrong(joint, "it mimics itself, or by too many others: expected a joint that moves on its own"))
 }
 
-/// Reads a joint that is not on the chain. The joint stays at its start position. So its limits matter, but only if they can be
-/// read.
+/// Reads a joint that is not on the chain. The joint stays at its start position, which its limits determine if they can be read.
 fn read_beside(tree: &Tree, joint: Node) -> Option<DescribedJoint> {
     let motion = match joint.attribute("type")? {
         "fixed" => Motion::Fixed,
@@ -175,7 +174,7 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
 pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
     let text = origin.attribute("quat_xyzw")?;
     let version = origin.document().root_element().attribute("version").unwrap_or("1.0");
-    // In URDF 1.0, ROS 2's own parser ignores the quaternion. Using it would give another robot.
+    // In URDF 1.0, ROS 2's own parser ignores the quaternion. Using the quaternion would give another robot.
     if version.trim() == "1.0" {
         return Some(Err("needs <robot version=\"1.2\">".to_owned()));
     }
@@ -210,8 +209,9 @@ fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
 }
 
-/// Reads the limits of a joint as they are, even if they form no range, because parameters may override them. Of a hard limit and
-/// the soft limit of `safety_controller`, the tighter one counts, because a controller should keep within both.
+/// Reads the limits of a joint as they are, even if they form no range, because parameters may override them. If there is also a
+/// soft limit (`safety_controller`), the tighter of the hard and the soft limit counts, because a controller should keep within
+/// both.
 fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> {
     let read = |element: &'static str, name: &str| {
         let Some(text) = child_of(joint, element).and_then(|element| element.attribute(name)) else {

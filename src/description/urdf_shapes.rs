@@ -63,8 +63,8 @@ pub enum Shape {
     Sphere(f64),
 }
 
-/// Returns all visual shapes in the URDF document `text` that can be read. Others are left out, because motion does not depend on
-/// them.
+/// Returns all visual shapes in the URDF document `text` that can be read. Shapes that cannot be read are left out, because motion
+/// does not depend on visual shapes.
 ///
 /// # Errors
 /// [`DescriptionError`] for a text that is not a URDF document.
@@ -83,7 +83,7 @@ pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
     })
 }
 
-/// Returns all collision shapes in the URDF document `text`, including those that cannot be read.
+/// Returns all collision shapes in the URDF document `text`, including shapes that cannot be read.
 ///
 /// # Errors
 /// [`DescriptionError`] for a text that is not a URDF document.

@@ -87,7 +87,7 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     match of_xacro(&document) {
         None => Ok(document),
         Some((element, line)) if element.contains(':') => refused(DescriptionError::Xacro { element, line }),
-        // A namespace prefix is missing: no element is a macro.
+        // An element without a namespace prefix is not a macro.
         Some((element, line)) => {
             let why = DescriptionError::NotXml(format!("<{element}> is in xacro's namespace"));
             Err(NotStrict::Odd { why, line })
@@ -154,13 +154,13 @@ impl<'a> Tree<'a> {
         Ok(tree)
     }
 
-    /// Checks that the links form no ring.
+    /// Checks that no link is its own ancestor.
     fn check_rings(&self) -> Result<(), DescriptionError> {
         let mut ends: HashSet<&str> = HashSet::new();
         for link in &self.links {
             let (mut link, mut way) = (*link, Vec::new());
             while let Some((parent, joint)) = self.by_child.get(link).filter(|_| !ends.contains(link)) {
-                // A path with more steps than there are joints is in a ring.
+                // A path with as many steps as there are joints is in a ring.
                 if way.len() == self.joints.len() {
                     let why = format!("its child {:?} carries its parent {:?} too", cut(link), cut(parent));
                     return Err(wrong(*joint, format!("{why}: expected links that form a tree, no ring")));
@@ -188,7 +188,7 @@ impl<'a> Tree<'a> {
         Err(DescriptionError::NoSuchLink { frame, name: cut(name).into_owned(), known })
     }
 
-    /// Returns the joints from the link `base` to the link `tool`. Finds the joints from the tool back to the base.
+    /// Returns the joints from the link `base` to the link `tool`. Follows the parents from the tool back to the base.
     pub fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
         let (mut link, mut found) = (tool, Vec::new());
         while link != base {
@@ -225,7 +225,7 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Returns these elements by their names, after a check that each name is unique.
+/// Returns the names of these elements, after a check that each name is unique.
 fn named<'a>(
     kind: &'static str,
     nodes: impl Iterator<Item = Node<'a, 'a>>,

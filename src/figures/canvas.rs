@@ -83,7 +83,7 @@ impl Rectangle {
 pub struct Canvas(String);
 
 impl Canvas {
-    /// Returns the complete SVG of `width` × `height` pixels. `inches` is its width on paper.
+    /// Returns the complete SVG of `width` × `height` pixels. `inches` is the width of the drawing on paper; `None` for a screen.
     pub fn finish(self, width: f64, height: f64, inches: Option<f64>) -> String {
         let (width, height) = (width.floor(), height.floor());
         let size = |pixels: f64| match inches {

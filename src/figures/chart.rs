@@ -85,22 +85,22 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// The curves. Later curves are drawn over earlier ones.
+    /// The curves. Later curves are drawn over earlier curves.
     pub series: Vec<Series>,
     /// The changes that are marked by vertical lines.
     pub marks: Vec<Mark>,
 }
 
-/// Creates a panel of curves over time. Its vertical range shows all of each curve in that time.
+/// Creates a panel of curves over the time axis `time`. Its vertical range contains the curves in the range of that axis.
 pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
     let points = series.iter().flat_map(|series| &series.points);
     let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));
     Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
 }
 
-/// The margin to the left of the curves \[px\], for numbers and labels. The next number is the margin to the right, for half a
-/// number.
+/// The margin to the left of the curves \[px\], for numbers and labels.
 const LEFT: f64 = 76.0;
+/// The margin to the right of the curves \[px\], for half a number.
 const RIGHT: f64 = 16.0;
 
 impl Panel {
@@ -115,7 +115,7 @@ impl Panel {
         json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
     }
 
-    /// Returns the panel's marks, with places for their names in a panel of this width \[px\].
+    /// Returns the panel's marks, with the places of their names if the panel has this width \[px\].
     pub(super) fn named_marks(&self, width: f64) -> NamedMarks<'_> {
         let shown =
             self.marks.iter().filter(|mark| (self.x.range.start..=self.x.range.end).contains(&mark.x));
@@ -123,7 +123,7 @@ impl Panel {
         NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
     }
 
-    /// Returns the points that are far enough apart to be distinguished in the panel.
+    /// Leaves out points that are too close to the previous point to be distinguished in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
         spaced(points, |a, b| (400.0 * apart(&self.x, a.0, b.0)).hypot(250.0 * apart(&self.y, a.1, b.1)))

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Returns the points of a curve that are at least a pixel apart, and its last point.
+/// Leaves out points of a curve whose `distance` from the previous point is less than 1. Keeps the last point.
 pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) -> Vec<P> {
     let mut kept: Vec<P> = Vec::new();
     for (i, point) in points.iter().enumerate() {
@@ -83,7 +83,7 @@ pub fn decades(range: &Range<f64>, most: f64) -> Vec<(f64, String)> {
 
 /// Returns a range that contains all `values`, with a margin.
 pub fn range_of(values: impl Iterator<Item = f64>) -> Range<f64> {
-    // Larger values have no representable numbers between them, and smaller differences no ticks.
+    // Between values above `LARGEST` there may be no representable numbers; differences below `SMALLEST` have no ticks.
     const LARGEST: f64 = 1e100;
     const SMALLEST: f64 = 1e-60;
     let (low, high) = values

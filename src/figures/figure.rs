@@ -35,7 +35,7 @@ impl Width {
     }
 }
 
-/// Number of a figure's pixels per inch of paper. Labels have 8 pt, and an inch has 72 pt.
+/// Number of pixels per inch of paper. Labels have 8 pt, and an inch has 72 pt.
 const PAPER: f64 = 72.0 * LABEL / 8.0;
 
 /// The largest height of a figure on paper \[px\]: the height of a page's text without the caption.
@@ -80,7 +80,7 @@ impl View {
         }
     }
 
-    /// Returns the height for the names of marks, in a view of this width \[px\].
+    /// Returns the height that the names of marks need in a view of this width \[px\].
     fn band(&self, width: f64) -> f64 {
         match self {
             Self::Panel(panel) => panel.named_marks(width).height(),
@@ -144,8 +144,8 @@ impl Figure {
         canvas.finish(width, top, paper.map(|(inches, _)| inches))
     }
 
-    /// Returns the entries of the legend with their places. Also returns the height at which the legend ends \[px\]. The lines of
-    /// the legend go from `start` to `right`. Each pair of name and style has one entry.
+    /// Returns the entries of the legend with their places, and the vertical position at which the legend ends \[px\]. The legend
+    /// begins at `start`, and its lines end before `right`. Each pair of name and style has one entry.
     fn legend(&self, start: Point, right: f64) -> (Vec<(Series, Point)>, f64) {
         let (mut placed, mut at): (Vec<(Series, Point)>, _) = (Vec::new(), start);
         for series in self.rows.iter().flatten().flat_map(View::legend) {

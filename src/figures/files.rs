@@ -4,7 +4,7 @@ use super::DrawError;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Writes a file atomically: readers see either the complete new file or the previous one.
+/// Writes a file atomically: readers see either the complete new file or the previous file.
 ///
 /// # Errors
 /// [`DrawError::Output`].
@@ -13,7 +13,7 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), DrawError> {
     draft.push(".new");
     let written = std::fs::write(&draft, content).and_then(|()| std::fs::rename(&draft, path));
     written.map_err(|why| {
-        // The draft may not exist. The first error is the one that is reported.
+        // The draft may not exist, so this error is ignored, and the first error is reported.
         let _ = std::fs::remove_file(&draft);
         DrawError::Output { file: path.display().to_string(), why: why.to_string() }
     })

@@ -10,7 +10,7 @@ pub(super) struct Labels {
     taken: Vec<Rectangle>,
 }
 
-/// The distances from its point at which a name is tried \[px\]. A distant name gets a line to its point.
+/// The distances between a name and its point that are tried \[px\]. A distant name gets a line to its point.
 const RADII: [f64; 4] = [9.0, 26.0, 46.0, 70.0];
 
 /// Number of directions that are tried at each distance.
@@ -34,7 +34,7 @@ impl Labels {
         canvas.text(name, middle, LABEL, Anchor::Center);
     }
 
-    /// Returns the place with the lowest cost: its distance from the point, and the rectangle of the name.
+    /// Returns the best place for a name, which has the lowest cost: its distance from the point, and its rectangle.
     fn place(&self, name: &str, point: Point) -> (f64, Rectangle) {
         let (width, height) = (text_width(name, LABEL), LABEL + 2.0);
         let around = |radius: f64| {
@@ -70,7 +70,7 @@ mod tests {
     fn a_name_stands_beside_its_point_and_not_on_what_is_drawn() {
         let free = Labels::new(SHEET, Vec::new(), Vec::new()).place("goal", (150.0, 100.0));
         assert_eq!(free.0, RADII[0]);
-        // All places around the point are occupied, and those farther away are free.
+        // All places near the point are occupied, and places farther away are free.
         let crowd: Vec<_> =
             (0..4000).map(|k| (130.0 + f64::from(k % 60), 80.0 + 0.6 * f64::from(k / 60))).collect();
         let (radius, place) = Labels::new(SHEET, crowd.clone(), Vec::new()).place("goal", (160.0, 100.0));

@@ -27,12 +27,14 @@ pub(super) struct NamedMarks<'a> {
 /// The place of a name: its line of text, counted from the top, and the side of the mark.
 type Place = (usize, Anchor);
 
-/// The largest number of lines of names. The next number is the distance between the lines \[px\].
+/// The largest number of lines of names.
 const MOST_LINES: usize = 4;
+/// The distance between lines of names \[px\].
 const LINE: f64 = 12.0;
 
-/// How far a name may extend beyond the curves \[px\]. The next number is its least distance from its mark and from the next name.
+/// How far a name may extend beyond the curves \[px\].
 const BEYOND: f64 = 14.0;
+/// The least distance of a name from its mark and from the next name \[px\].
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {

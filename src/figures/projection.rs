@@ -9,7 +9,7 @@ use std::ops::Range;
 /// The direction to the viewer \[°\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
-    /// The angle about z, from x on.
+    /// The angle about z, measured from the x axis.
     pub azimuth: f64,
     /// The angle above the xy plane.
     pub elevation: f64,
@@ -56,7 +56,7 @@ impl Projection {
         (self.sheet_from_space * (point - self.center)).z
     }
 
-    /// Returns the corners of the box. Each bit of the index stands for the upper end of an axis.
+    /// Returns the corners of the box. If a bit of a corner's index is set, the corner is at the upper end of the bit's axis.
     fn corners(&self) -> [Vector3<f64>; 8] {
         std::array::from_fn(|i| {
             let end = |axis: usize| match i & (1 << axis) {
@@ -100,7 +100,7 @@ impl Projection {
         for (value, text) in ticks(&self.bounds[axis], 4.0) {
             let at = along(value);
             canvas.line(&[at, off(at, 4.0)], INK, 1.0, Line::Solid);
-            // Near a corner there may be room for one number only.
+            // Near a corner, where two numbers would overlap, only one is drawn.
             let place = Rectangle::around(off(at, 16.0), text_width(&text, TICK), TICK);
             if !numbers.iter().any(|number| number.overlaps(&place)) {
                 canvas.text(&text, off(at, 16.0), TICK, Anchor::Center);
@@ -110,7 +110,8 @@ impl Projection {
         canvas.text(NAMES[axis], off(middle, if axis == 2 { 54.0 } else { 42.0 }), LABEL, Anchor::Center);
     }
 
-    /// Returns the middle of the edge with the numbers. For x and y it is the lower edge of the floor, for z the leftmost edge.
+    /// Returns the middle of the edge at which the numbers of `axis` are. For x and y this is the lowest edge on the sheet, for z
+    /// the leftmost edge.
     fn edge(&self, axis: usize) -> Vector3<f64> {
         let middles = self.corners().map(|mut corner| {
             corner[axis] = self.center[axis];

@@ -39,7 +39,7 @@ pub struct Place {
 pub struct Scene {
     /// The text above the scene.
     pub title: String,
-    /// The paths. Later paths are drawn over earlier ones.
+    /// The paths. Later paths are drawn over earlier paths.
     pub paths: Vec<Path>,
     /// The frames, which are drawn as by the paper's `frameplotter`.
     pub frames: Vec<Isometry3<f64>>,
@@ -51,7 +51,7 @@ pub struct Scene {
     pub viewpoint: Viewpoint,
 }
 
-/// The viewpoints in front and behind.
+/// Two viewpoints: in front of the arm, and behind it.
 pub const BOTH_SIDES: [Viewpoint; 2] =
     [Viewpoint { azimuth: -60.0, elevation: 20.0 }, Viewpoint { azimuth: 165.0, elevation: 15.0 }];
 
@@ -145,8 +145,7 @@ impl Scene {
         })
     }
 
-    /// Returns points on the whole drawing. The points are so dense that no name fits between two of them without covering the
-    /// drawing.
+    /// Returns points on all drawn lines. They are so dense that a name between two of them would cover a line.
     fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
         const STEPS: u32 = 16;
         let paths = self.paths.iter().flat_map(|path| &path.points).copied();
@@ -171,7 +170,7 @@ impl Scene {
         })
     }
 
-    /// Draws each frame as three arrows. The nearest ones come last.
+    /// Draws each frame as three arrows. Draws arrows that are nearer to the viewer later.
     fn draw_frames(&self, canvas: &mut Canvas, projection: &Projection) {
         let mut arrows: Vec<_> = self.arrows().collect();
         arrows.sort_by(|a, b| projection.depth(&a.tip).total_cmp(&projection.depth(&b.tip)));
@@ -184,7 +183,7 @@ impl Scene {
     }
 }
 
-/// Returns the points that are far enough apart to be distinguished on the sheet.
+/// Leaves out points that are too close to the previous point to be distinguished on the sheet.
 fn visible(points: &[Point]) -> Vec<Point> {
     spaced(points, |a, b| distance(*a, *b))
 }

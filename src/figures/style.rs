@@ -14,11 +14,11 @@ pub const FONT_FILE: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
 /// The name of the font's family.
 pub const FONT_FAMILY: &str = "Ubuntu";
 
-/// The size of titles, in the figure's pixels.
+/// The size of titles \[px\].
 pub const TITLE: f64 = 13.7;
-/// The size of axis labels and legends, in the figure's pixels.
+/// The size of axis labels and legends \[px\].
 pub const LABEL: f64 = 10.5;
-/// The size of tick labels, in the figure's pixels.
+/// The size of tick labels \[px\].
 pub const TICK: f64 = 9.3;
 
 /// Returns the approximate width of a text of `size` pixels \[px\].

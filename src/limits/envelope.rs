@@ -1,7 +1,7 @@
 //! The envelope: for each joint, the speeds that its next command may have.
 //!
-//! These are the speeds from which a stop still keeps the limits on speed, acceleration, jerk and position. The robot's delay and
-//! late cycles are taken into account ([`Span`]). For any limits, the next speed of a stop is one of them, so the envelope is never
+//! These are the speeds from which a stop still keeps the limits on speed, acceleration, jerk and position, even with the robot's
+//! delay and late cycles ([`Span`]). For any limits, the next speed of a stop is one of these speeds, so the envelope is never
 //! empty.
 
 use crate::{Joints, Limits, STOP_TIME, Span, Violation, scale};
@@ -11,11 +11,11 @@ use dq_kinematics::arm::Arms;
 #[derive(Debug)]
 pub struct Envelope {
     spans: Vec<Span>,
-    /// The speed of each joint after its acceleration has ended [rad/s].
+    /// The speed that each joint has once its acceleration has ended [rad/s, prismatic: m/s].
     rest: Vec<f64>,
-    /// A candidate for the command [rad/s].
+    /// A candidate for the command [rad/s, prismatic: m/s].
     other: Vec<f64>,
-    /// The first joint (counted from 0) that its position limit stops.
+    /// The first joint (counted from 0) stopped by its position limit.
     pub held_back: Option<usize>,
 }
 
@@ -38,7 +38,7 @@ impl Envelope {
     /// Turns the desired `velocity` of `arms` into the next command [rad/s, prismatic: m/s], one number per joint.
     pub fn admit(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         self.keep_range(joints, velocity);
-        // The slowed joint may have compensated for others in the tool's motion.
+        // A joint that was slowed down may have compensated for other joints in the tool's motion.
         joints.keep_speeds(arms, velocity);
         self.go_towards(velocity, joints.braking.period);
         self.slow_tool(joints, arms, velocity);
@@ -64,10 +64,10 @@ impl Envelope {
     }
 
     /// Moves the command along the line from the last command to `velocity`, as far as each joint can change within a cycle. So a
-    /// new desired velocity changes the command neither by a jump nor by a detour.
+    /// new desired velocity makes the command neither jump nor take a detour.
     ///
-    /// If the whole line would take longer than a stop, because one joint can hardly accelerate, the joints that should slow down
-    /// brake independently: a weak joint does not delay the braking of others.
+    /// Because of one joint that can hardly accelerate, the change along this line could take longer than a stop. Then the joints
+    /// that should slow down brake independently.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
@@ -120,8 +120,8 @@ impl Envelope {
         false
     }
 
-    /// Returns the factor, at most 1, that makes the tool keep its speed limits once the accelerations after `command` have ended.
-    /// Sets `rest` to the joint speeds at that time.
+    /// Considers the joint speeds at which the accelerations after `command` end, and stores them in `rest`. Returns the factor,
+    /// at most 1, with which the tool would keep its speed limits at these speeds.
     fn share_at_rest(&mut self, limits: &Limits, arms: &Arms, command: &[f64]) -> f64 {
         let joints = self.rest.iter_mut().zip(command).zip(&self.spans);
         joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));

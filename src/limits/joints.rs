@@ -19,7 +19,7 @@ pub struct Joints<'a> {
 }
 
 impl Joints<'_> {
-    /// Returns the speed of joint number `joint`, and its change by the last command.
+    /// Returns the commanded speed of joint number `joint`, and the change of this speed by the last command.
     pub(crate) fn pace(&self, joint: usize) -> Pace {
         Pace { speed: self.before[joint], step: self.braking.steps[joint] }
     }

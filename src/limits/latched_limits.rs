@@ -3,16 +3,17 @@
 use crate::Limits;
 use serde::{Deserialize, Serialize};
 
-/// The deceleration and jerk limits of each joint. Each limit is the largest one in force since the joint last stood. So a change
-/// of parameters does not reduce the braking on which a joint relied when it began to move.
+/// The deceleration and jerk limits of each joint. Each limit is the largest limit in force since the joint last stood. So a
+/// change of parameters does not reduce the braking on which a joint relied when it began to move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatchedLimits {
     /// The decelerations [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,
     /// The jerks [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
-    /// The last command [rad/s, prismatic: m/s], and in the next field its change from the command before.
+    /// The last command [rad/s, prismatic: m/s].
     last: Vec<f64>,
+    /// The change of the last command from the command before it [rad/s, prismatic: m/s].
     steps: Vec<f64>,
     /// Whether each joint stood at the last command.
     stood: Vec<bool>,
@@ -33,8 +34,8 @@ impl LatchedLimits {
         latched
     }
 
-    /// Adopts `limits` after `command` [rad/s], which includes the `hold`. A joint that stood for two commands takes the new
-    /// limits.
+    /// Updates the latched limits after the `command` [rad/s, prismatic: m/s], which includes the `hold`, under `limits`. A joint
+    /// that stood for two commands takes the new limits.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;
@@ -48,14 +49,14 @@ impl LatchedLimits {
         }
     }
 
-    /// Continues joint number `joint` from `command` [rad/s] without a history, so that the joint does not rely on earlier limits.
+    /// Forgets the earlier limits of joint number `joint`, which continues from `command` [rad/s, prismatic: m/s].
     pub fn begin(&mut self, joint: usize, command: f64, stands: bool) {
         (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (command, 0.0, 0.0);
         self.stood[joint] = stands;
     }
 
-    /// Returns three lists with one number per joint: the decelerations [rad/s²], the jerks [rad/s³], and the changes by the last
-    /// command [rad/s].
+    /// Returns three lists with one number per joint: the decelerations [rad/s², prismatic: m/s²], the jerks [rad/s³, prismatic:
+    /// m/s³], and the changes of the speeds by the last command [rad/s, prismatic: m/s].
     pub fn each(&self) -> [&[f64]; 3] {
         [&self.decelerations, &self.jerks, &self.steps]
     }

@@ -5,19 +5,19 @@ use dq_kinematics::arm::ToolSpeed;
 use dq_params::Parameters;
 use std::ops::RangeInclusive;
 
-/// Longest time in which a joint comes to rest from its largest speed \[s\]. No acceleration limit makes it longer.
+/// Longest time in which a joint comes to rest from its largest speed \[s\]. No acceleration limit makes the stop longer.
 pub const STOP_TIME: f64 = 1.0;
 
 /// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. The jerk limit makes a stop longer by at most
 /// twice this time.
 pub const RAMP_TIME: f64 = 0.2;
 
-/// The time constant of the approach to a position limit is at least this many cycles, however narrow the margin is. Joint states
-/// are some cycles old, and the joint must not pass the limit meanwhile.
+/// The least time constant of the approach to a position limit, in cycles, however narrow the margin is. Joint states are some
+/// cycles old, and the joint must not pass the limit before the servo sees its motion.
 const APPROACH_CYCLES: f64 = 20.0;
 
-/// The time constant of the approach is also at least this many delays (latency plus interval of joint states). An arm with a lag
-/// coasts farther than an arm with a pure delay, and the estimated latency may be only half of the lag.
+/// The least time constant of the approach to a position limit, in delays (latency plus interval of joint states). An arm with a
+/// lag coasts farther than an arm with a pure delay, and the estimated latency may be only half of the lag.
 const APPROACH_DELAYS: f64 = 5.0;
 
 /// The fraction of the deceleration that is used to brake before a limit. The rest is a margin, because joint states are some
@@ -65,18 +65,18 @@ pub struct Limits {
     pub position: PositionLimits,
 }
 
-/// The data by which a joint brakes before a position limit.
+/// The data from which the braking before a position limit is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Braking<'a> {
-    /// The deceleration of each joint [rad/s²].
+    /// The deceleration of each joint [rad/s², prismatic: m/s²].
     pub decelerations: &'a [f64],
-    /// The jerk limit of each joint [rad/s³].
+    /// The jerk limit of each joint [rad/s³, prismatic: m/s³].
     pub jerks: &'a [f64],
-    /// The change of each joint's speed in the last cycle [rad/s].
+    /// The change of each joint's speed in the last cycle [rad/s, prismatic: m/s].
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The largest average time between cycles in the last seconds, over the duration of a stop \[s\].
+    /// The largest time between cycles in the last seconds, averaged over the duration of a stop \[s\].
     pub cycle: f64,
     /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
     /// lateness of a cycle or a joint state \[s\].
@@ -89,22 +89,22 @@ impl Braking<'_> {
         self.jerks.iter().any(|jerk| jerk.is_finite())
     }
 
-    /// Returns the largest difference between the steps of joint number `joint` in successive cycles [rad/s]. A step is the change
-    /// of the speed in one cycle.
+    /// Returns the largest difference between the steps of joint number `joint` in successive cycles [rad/s, prismatic: m/s]. A
+    /// step is the change of the speed in one cycle.
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }
 }
 
 impl Limits {
-    /// Returns the deceleration at which joint number `joint` stops [rad/s²]. The deceleration is large enough to stop the joint
-    /// from its velocity limit within [`STOP_TIME`], so that no setting disables the stop.
+    /// Returns the deceleration at which joint number `joint` stops [rad/s², prismatic: m/s²]. The deceleration is large enough to
+    /// stop the joint from its velocity limit within [`STOP_TIME`], so that no setting disables the stop.
     pub fn deceleration(&self, joint: usize) -> f64 {
         self.joint_deceleration[joint].max(self.joint_velocity[joint] / STOP_TIME)
     }
 
-    /// Returns the jerk limit of joint number `joint` [rad/s³]. The limit is large enough that the joint reaches its acceleration
-    /// in [`RAMP_TIME`].
+    /// Returns the jerk limit of joint number `joint` [rad/s³, prismatic: m/s³]. The limit is large enough that the joint reaches
+    /// its acceleration in [`RAMP_TIME`].
     pub fn jerk(&self, joint: usize) -> f64 {
         let largest = self.deceleration(joint).max(self.joint_acceleration[joint]);
         self.joint_jerk[joint].max(largest / RAMP_TIME)
@@ -131,16 +131,16 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The largest fraction of the remaining distance that the joint may travel per second [1/s].
+    /// The allowed speed near the position, divided by the remaining distance [1/s].
     rate: f64,
-    /// The deceleration that the joint has at least [rad/s², prismatic: m/s²].
+    /// The deceleration that is available to the joint [rad/s², prismatic: m/s²].
     pub deceleration: f64,
 }
 
 impl Approach {
-    /// Returns the allowed speed [rad/s] at the distance `distance` \[rad\] from the position. Near the position, the speed is
-    /// proportional to the distance, which needs no more than the available deceleration. Farther away, the speed follows the curve
-    /// of constant deceleration. The two curves join smoothly.
+    /// Returns the joint's allowed speed [rad/s, prismatic: m/s] when the joint is `distance` \[rad, prismatic: m\] from the
+    /// position that it must not pass. Near that position, the speed is proportional to the distance, which needs no more than the
+    /// available deceleration. Farther away, the speed follows the curve of constant deceleration. The two curves join smoothly.
     pub fn speed(&self, distance: f64) -> f64 {
         let deceleration = BRAKING_SHARE * self.deceleration;
         let proportional_below = deceleration / (self.rate * self.rate);

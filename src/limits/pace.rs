@@ -3,7 +3,7 @@
 //! A cycle changes a joint's speed by a step. The jerk limits the change of the step from cycle to cycle. Without a limit, the jerk
 //! is infinite.
 
-/// Relative tolerance for rounding of a cycle's change. This tolerance is less than that of the invariants.
+/// Relative tolerance for the rounding of a step. The independent check of commands has a larger tolerance.
 const ROUNDING: f64 = 1e-10;
 
 /// The speed of a joint, and its change in the last cycle [rad/s, prismatic: m/s].
@@ -16,19 +16,20 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Returns the same pace in the other direction.
+    /// Returns the pace with the signs of speed and step reversed.
     pub fn mirrored(self) -> Self {
         Self { speed: -self.speed, step: -self.step }
     }
 
-    /// Returns the travel until the steps have decreased to zero, divided by the control period [rad/s]. The steps decrease as fast
-    /// as `jerk` [rad/s] allows.
+    /// Returns the travel until the steps have decreased to zero, divided by the control period [rad/s, prismatic: m/s]. The steps
+    /// decrease as fast as `jerk` [rad/s, prismatic: m/s] allows.
     pub fn travel_to_rest(self, jerk: f64) -> f64 {
         let cycles = self.step.abs() / jerk;
         cycles * (self.speed + cycles * self.step / 3.0)
     }
 
-    /// Returns the speed after the steps have decreased to zero [rad/s]. The steps decrease as fast as `jerk` [rad/s] allows.
+    /// Returns the speed after the steps have decreased to zero [rad/s, prismatic: m/s]. The steps decrease as fast as `jerk`
+    /// [rad/s, prismatic: m/s] allows.
     pub fn rest(self, jerk: f64) -> f64 {
         let more = (self.step.abs() / jerk).floor();
         if more < 1.0 {
@@ -37,13 +38,15 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// Returns the next speed of a stop [rad/s]. In one cycle, the joint slows down by at most `most`.
+    /// Returns the next speed of a stop [rad/s, prismatic: m/s]. In one cycle, the joint slows down by at most `most`, and the step
+    /// changes by at most `jerk` [rad/s, prismatic: m/s].
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }
 
     /// Returns the next step toward the speed `wanted`. The step is at most `most`, and differs from the last step by at most
-    /// `jerk` [rad/s]. If the steps could decrease to zero at `wanted` after the last step, they still can after this step.
+    /// `jerk` [rad/s, prismatic: m/s]. If the speed could reach `wanted` without overshoot before this step, it still can after
+    /// this step.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);
@@ -52,8 +55,8 @@ impl Pace {
     }
 }
 
-/// Returns the first of a series of steps that add up to `gap`. Each step is smaller than the previous one by `jerk`, and the last
-/// one is at most `jerk`.
+/// Returns the first of a series of steps that add up to `gap`. Each step is smaller than the previous step by `jerk`, and the
+/// last step is at most `jerk`.
 pub(crate) fn eased(gap: f64, jerk: f64) -> f64 {
     if jerk == f64::INFINITY {
         return gap;

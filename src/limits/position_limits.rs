@@ -24,13 +24,13 @@ pub struct PositionLimits {
     pub margin: f64,
 }
 
-/// The displacement by [`PositionLimits::beside`] \[rad, prismatic: m\].
+/// The displacement of a joint in [`PositionLimits::beside`] \[rad, prismatic: m\].
 const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
 
 impl PositionLimits {
-    /// Returns positions near `positions` within the limits. The tool can reach its pose at these positions. Joints move up by 0.3
-    /// rad or 0.1 m. If a joint has no room for that, it moves down; if it has no room in either direction, it moves by half of the
-    /// larger distance.
+    /// Returns joint positions near `positions`, within the limits less the margin. The tool pose there is a goal that the arm can
+    /// reach. Each joint is displaced upward by 0.3 rad or 0.1 m. If the upper limit is nearer than that, the joint is displaced
+    /// downward; if both limits are, by half of its distance from the farther limit.
     pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
@@ -70,12 +70,12 @@ impl PositionLimits {
         }
     }
 
-    /// Returns whether the joint is within the margin of a limit, or beyond it.
+    /// Returns whether a joint at `position` is within the margin of one of its limits, or beyond a limit.
     pub fn is_near(&self, joint: usize, position: f64) -> bool {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
-    /// Returns whether the joint is within the margin of its limit in the `direction`, or beyond it.
+    /// Returns whether a joint at `position` is within the margin of its limit in the `direction`, or beyond that limit.
     pub fn is_near_towards(&self, joint: usize, position: f64, direction: f64) -> bool {
         let room = if direction > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin

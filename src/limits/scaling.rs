@@ -1,6 +1,6 @@
 //! Scaling of numbers to limits.
 
-/// Multiplies `values` by `factor` if that is below 1.
+/// Multiplies `values` by `factor` if the factor is below 1.
 pub fn scale(values: &mut [f64], factor: f64) {
     if factor < 1.0 {
         values.iter_mut().for_each(|value| *value *= factor);

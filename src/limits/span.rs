@@ -6,17 +6,19 @@ use crate::{Joints, Pace, Violation, between, ratio};
 /// The range of the next command of a joint [rad/s, prismatic: m/s].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Span {
-    /// The joint's speed after the last command, and its change by that command.
+    /// The joint's speed after the last command, and the change of its speed by that command.
     pace: Pace,
-    /// The largest increase of the speed per cycle [rad/s]. The next fields are the largest decrease, and the largest change of
-    /// these from cycle to cycle.
+    /// The largest increase of the speed per cycle [rad/s, prismatic: m/s].
     faster: f64,
+    /// The largest decrease of the speed per cycle [rad/s, prismatic: m/s].
     slower: f64,
+    /// The largest difference between the changes of speed in two successive cycles [rad/s, prismatic: m/s].
     jerk: f64,
-    /// The range of speeds from which the joint stops before its position limits.
+    /// The range of speeds from which the joint stops before its position limits [rad/s, prismatic: m/s].
     positions: (f64, f64),
-    /// The range of speeds that the joint may reach eventually, and the range of its next command [rad/s, prismatic: m/s].
+    /// The range of speeds that the joint may reach in later cycles [rad/s, prismatic: m/s].
     pub range: (f64, f64),
+    /// The range of the joint's next command [rad/s, prismatic: m/s].
     pub(crate) next: (f64, f64),
 }
 
@@ -26,7 +28,8 @@ impl Joints<'_> {
         let Self { limits, braking, .. } = self;
         let (position, pace) = (self.positions[joint], self.pace(joint));
         let (approach, jerk) = (limits.approach(joint, braking), braking.jerk_step(joint));
-        // While the acceleration ends, the joint moves on; that distance is not available for braking.
+        // The joint moves on until its acceleration has decreased to zero. The distance of this motion is not available for
+        // braking.
         let top = |pace: Pace, room: f64| {
             approach.speed(room - (braking.cycle * pace.travel_to_rest(jerk)).max(0.0))
         };
@@ -42,7 +45,7 @@ impl Joints<'_> {
             range: (lowest.max(-velocity), highest.min(velocity)),
             next: (0.0, 0.0),
         };
-        // A stop is within the range by construction. This allows for rounding.
+        // The next speed of a stop is within the range by construction, apart from rounding.
         let (stop, down) = (pace.stopped(span.slower, jerk), -span.highest(pace.mirrored(), -span.range.0));
         span.next = (stop.min(down), stop.max(span.highest(pace, span.range.1)));
         span
@@ -50,7 +53,8 @@ impl Joints<'_> {
 }
 
 impl Span {
-    /// Returns the largest next speed from which a joint at `pace` need not exceed the speed `top`. `top` is at least 0.
+    /// Returns the largest next speed of a joint at `pace` from which the joint need not exceed the speed `top`, which is at least
+    /// 0.
     fn highest(&self, pace: Pace, top: f64) -> f64 {
         let most = match pace.speed {
             speed if speed > top => self.slower,
@@ -89,7 +93,7 @@ impl Span {
         self.hold(along)
     }
 
-    /// Returns the part of the change to `wanted` by which the joint slows down; `None` if the joint does not slow down.
+    /// Returns the speed nearest to `wanted` between the last speed and 0; `None` if the joint does not slow down.
     pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));

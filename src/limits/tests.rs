@@ -96,7 +96,7 @@ fn a_limit_lowered_in_motion_applies_once_the_joint_stands() {
         latched.each().map(|of_each| of_each[0])
     };
     assert_eq!(after(&strong, 0.3), [20.0, 5000.0, 0.3]);
-    // This is also true when the joint reverses, and in the cycle in which it comes to rest.
+    // The lowered limits have no effect yet when the joint reverses, nor in the cycle in which it comes to rest.
     for (speed, step) in [(0.2, -0.1), (-0.1, -0.3), (0.0, 0.1)] {
         let [deceleration, jerk, change] = after(&weak, speed);
         assert!((deceleration, jerk) == (20.0, 5000.0) && (change - step).abs() < 1e-12, "{speed}");

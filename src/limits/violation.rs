@@ -27,9 +27,9 @@ pub enum Violation {
     Velocity {
         /// The number of the joint.
         joint: usize,
-        /// The speed of the joint [rad/s].
+        /// The speed of the joint [rad/s, prismatic: m/s].
         speed: f64,
-        /// The velocity limit [rad/s].
+        /// The velocity limit [rad/s, prismatic: m/s].
         limit: f64,
     },
     /// A step is larger than the limits on acceleration and deceleration allow within the time (rule 6).
@@ -39,21 +39,21 @@ pub enum Violation {
     Acceleration {
         /// The number of the joint.
         joint: usize,
-        /// The step [rad/s].
+        /// The step [rad/s, prismatic: m/s].
         step: f64,
-        /// The largest allowed step [rad/s].
+        /// The largest allowed step [rad/s, prismatic: m/s].
         limit: f64,
     },
-    /// A step differs from the previous one by more than the jerk limit allows (rule 6).
+    /// A step differs from the previous step by more than the jerk limit allows (rule 6).
     #[error(
         "joint {joint}: a step changes by {change}, but the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
     )]
     Jerk {
         /// The number of the joint.
         joint: usize,
-        /// The difference between the steps [rad/s].
+        /// The difference between the steps [rad/s, prismatic: m/s].
         change: f64,
-        /// The largest allowed difference [rad/s].
+        /// The largest allowed difference [rad/s, prismatic: m/s].
         limit: f64,
     },
     /// A stop from this speed would not keep the limits (rules 5, 6 and 7).
@@ -61,11 +61,11 @@ pub enum Violation {
     Envelope {
         /// The number of the joint.
         joint: usize,
-        /// The speed of the joint [rad/s].
+        /// The speed of the joint [rad/s, prismatic: m/s].
         speed: f64,
-        /// The lowest allowed speed [rad/s].
+        /// The lowest allowed speed [rad/s, prismatic: m/s].
         lowest: f64,
-        /// The highest allowed speed [rad/s].
+        /// The highest allowed speed [rad/s, prismatic: m/s].
         highest: f64,
     },
     /// The arm must come to rest, but a joint does not slow down at its deceleration (rules 1, 2, 3, 9 and ~/pause, ~/stop).
@@ -75,9 +75,9 @@ pub enum Violation {
     NotStanding {
         /// The number of the joint.
         joint: usize,
-        /// The speed of the joint [rad/s].
+        /// The speed of the joint [rad/s, prismatic: m/s].
         speed: f64,
-        /// The speed of the joint at the previous command [rad/s].
+        /// The speed of the joint at the previous command [rad/s, prismatic: m/s].
         before: f64,
     },
     /// A tool exceeds its speed limit (rule 5).
@@ -103,9 +103,9 @@ pub enum Violation {
     Position {
         /// The number of the joint.
         joint: usize,
-        /// The position of the joint \[rad\].
+        /// The position of the joint \[rad, prismatic: m\].
         position: f64,
-        /// The distance beyond the limit \[rad\].
+        /// The distance beyond the limit \[rad, prismatic: m\].
         beyond: f64,
     },
 }

@@ -10,9 +10,9 @@ const PRESENCE: Duration = Duration::from_secs(1);
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Arbiter {
     current: Option<Heard>,
-    /// Another publisher that has sent a message since the current one was chosen.
+    /// Another publisher that has sent a message since the current publisher was chosen.
     other: Option<Heard>,
-    /// Whether both publishers are present: the current publisher has sent a message after the other one did.
+    /// Whether both publishers are present: the current publisher has sent a message after a message of the other publisher.
     both: bool,
 }
 
@@ -23,8 +23,8 @@ struct Heard {
 }
 
 impl Arbiter {
-    /// Notes a message from `source` at `now`. Returns whether to use it. Another publisher takes over only after the current one
-    /// has been silent for `silence`, such as when a driver restarts.
+    /// Notes a message from `source` at `now`. Returns whether to use it. Another publisher takes over only after the current
+    /// publisher has been silent for `silence`, such as when a driver restarts.
     pub fn hear(&mut self, source: u32, now: Duration, silence: Duration) -> bool {
         let heard = Heard { source, at: now };
         match &self.current {

@@ -19,16 +19,16 @@ use std::time::Duration;
 /// Least time between two positions from which a speed is computed.
 const TWO_STATES: Duration = Duration::from_millis(20);
 
-/// The longest time from a command to the joint states that show it.
+/// The longest time from a command to the joint states that show its effect.
 const LATELY: Duration = Duration::from_millis(250);
 
-/// How long the link uses a speed scaling that the robot has reported. Afterwards it uses the measured one.
+/// How long the link uses a speed scaling that the robot has reported. Afterwards it uses the measured speed scaling.
 const TOLD: Duration = Duration::from_secs(1);
 
-/// Measured speeds below this [rad/s] count as standstill.
+/// Measured speeds below this [rad/s, prismatic: m/s] count as standstill.
 const STANDSTILL: f64 = 0.02;
 
-/// One arm.
+/// The link to one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ArmLink {
     order: JointOrder,
@@ -40,13 +40,15 @@ pub(crate) struct ArmLink {
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The displacements commanded in the last [`LATELY`] \[rad\], and the mean commanded speeds [rad/s].
+    /// The displacement of each joint commanded in the last [`LATELY`] \[rad, prismatic: m\].
     asked: Vec<f64>,
+    /// The mean speed of each joint commanded in the last [`LATELY`] [rad/s, prismatic: m/s].
     means: Vec<f64>,
-    /// The indices of the arm's joints in the last message.
+    /// The index of each joint of the arm in the last message.
     places: Vec<usize>,
-    /// When the last joint state arrived, and in the next field when it was measured.
+    /// When the last joint state arrived.
     pub received: Option<Duration>,
+    /// When the last joint state was measured.
     measured_at: Duration,
     pub figures: ArmFigures,
     /// The event of this cycle that revokes consent, if any.
@@ -83,14 +85,14 @@ struct Newest {
 #[derive(Serialize, Deserialize)]
 struct Newcomer {
     since: Duration,
-    /// The positions at the time `since` \[rad\].
+    /// The positions at the time `since` \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// The velocities before the time `since`, if known [rad/s].
+    /// The velocities before the time `since`, if known [rad/s, prismatic: m/s].
     velocity: Option<Vec<f64>>,
 }
 
 impl ArmLink {
-    /// Creates the link to an arm. `order` are its joints, of these `kinds`. `joints` are the indices of its joints among the
+    /// Creates the link to an arm. `order` has the names of its joints, `kinds` their kinds, and `joints` their indices among the
     /// joints of all arms.
     pub fn new(order: JointOrder, kinds: Vec<JointKind>, joints: Range<usize>, period: Duration) -> Self {
         let zeros = vec![0.0; joints.len()];
@@ -246,11 +248,11 @@ impl ArmLink {
         let age = self.latency.hear(now, self.received, stamp_age);
         let times = self.measured_at..now.saturating_sub(age);
         if self.latency.is_stamped() != was_stamped {
-            // The sample times are of the other clock.
+            // The samples have times of the earlier clock.
             self.samples.clear();
         }
         if self.came {
-            // For a part of the time since the last state, the robot stood by its own timeout.
+            // For a part of the time since the last state, the robot stood because of its own timeout.
             self.pull.compared = None;
         } else if self.received.is_some() && returned.is_none() {
             self.watch_pull(times.clone(), measured, settings, history);
@@ -290,8 +292,8 @@ impl ArmLink {
         };
     }
 
-    /// Sets `velocity` to the present velocity of an arm that waits until the other arm's state is known. Uses the reported
-    /// velocity if there is one, otherwise the velocity from the last two states.
+    /// Sets `velocity` to the joint velocities of this arm while it waits for the state of the other arm. Uses the reported
+    /// velocities if there are any, otherwise computes them from the last two joint states.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -302,9 +304,9 @@ impl ArmLink {
         }
     }
 
-    /// Finds the speed of a robot that has just appeared, or after a gap in the cycles. Returns false if this needs another joint
-    /// state. The first states may be old, so two measurements must agree: reported velocities and two positions, or three
-    /// positions.
+    /// Measures the joint velocities when a robot has just appeared, or after missed cycles. Returns false if another joint state
+    /// is needed. The first states may be old, so two velocities must agree: the reported one and the one between two states, or
+    /// the two between three states.
     fn find_velocity(
         &mut self,
         now: Duration,
@@ -352,8 +354,8 @@ impl ArmLink {
             .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
-    /// Updates the estimated pull: compares the arm's displacement during `time`, from the positions `measured` on, with its
-    /// commands.
+    /// Updates the estimated pull: compares the arm's displacement during `time` with its commands. `measured` are the positions at
+    /// the start of `time`; the present positions are those at its end.
     fn watch_pull(
         &mut self,
         time: Range<Duration>,
@@ -394,7 +396,7 @@ impl ArmLink {
             *proven = match probe(joint) {
                 _ if rests => 0.0,
                 f64::INFINITY => *hold,
-                // Never more than the hold: a hold that has ended proves nothing for the next one.
+                // The proven part is never more than the hold: a hold that has ended proves nothing for the next hold.
                 _ => proven.max(hold.min(0.0)).min(hold.max(0.0)),
             };
         }

@@ -13,7 +13,7 @@ const MEMORY: Duration = Duration::from_millis(700);
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
-    /// How long each command moves the joints \[s\]; `None` if each moves them until the next command.
+    /// How long each command moves the joints \[s\]; `None` if each command moves the joints until the next command.
     step: Option<f64>,
     /// Longest time for which a command moves the joints \[s\].
     longest: f64,
@@ -21,13 +21,13 @@ pub(crate) struct CommandHistory {
     capacity: usize,
     /// When each command took effect \[s\], the oldest first.
     times: Vec<f64>,
-    /// One row per command: the displacement of each joint by all earlier commands \[rad\].
+    /// One row per command: the displacement of each joint by all earlier commands \[rad, prismatic: m\].
     sums: Vec<f64>,
-    /// One row per command: the speed of each joint [rad/s].
+    /// One row per command: the speed of each joint [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
-    /// Whether the last command moves the joints. The next field is the time at which the last moving command before it ended
-    /// \[s\].
+    /// Whether the last command moves the joints.
     moves: bool,
+    /// When the last moving command before the last command ended \[s\].
     moved_until: f64,
 }
 
@@ -52,7 +52,8 @@ impl CommandHistory {
         }
     }
 
-    /// Adds the joint velocities `command` [rad/s], in force from `now` on. The command includes `hold`, which moves no joint.
+    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The command includes `hold`, which
+    /// moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {
@@ -82,14 +83,14 @@ impl CommandHistory {
         self.speeds.drain(..forgotten * self.joint_count);
     }
 
-    /// Sets `into` to the commanded displacement of the joints of `range` between two times \[rad\].
+    /// Sets `into` to the commanded displacement of the joints of `range` between two times \[rad, prismatic: m\].
     pub fn travel(&self, range: Range<usize>, from: Duration, to: Duration, into: &mut [f64]) {
         let window = self.window(from, to);
         into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
-    /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. The
-    /// displacement includes that of commands that are no longer kept.
+    /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad, prismatic: m\].
+    /// The displacement includes that of commands that are no longer kept.
     pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
         let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
         let joints = into.iter_mut().zip(sums.iter().zip(speeds));
@@ -137,7 +138,7 @@ struct Place {
 }
 
 impl Window<'_> {
-    /// Moves both ends back by `by`. Searches only near the old ends.
+    /// Moves both ends of the window back in time by `by`. Searches for the commands in force only near the old ends.
     pub fn move_back(&mut self, by: Duration) {
         for place in [&mut self.from, &mut self.to] {
             place.time -= by.as_secs_f64();
@@ -147,7 +148,7 @@ impl Window<'_> {
         }
     }
 
-    /// Returns the commanded displacement of each joint of `range` \[rad\].
+    /// Returns the commanded displacement of each joint of `range` \[rad, prismatic: m\].
     ///
     /// Reads four lists of equal length together, for speed: each joint state needs about fifty of these windows.
     #[inline]
@@ -163,9 +164,9 @@ impl Window<'_> {
 /// The command in force at a time.
 #[derive(Default)]
 struct InForce<'a> {
-    /// The displacement of each joint by all earlier commands \[rad\].
+    /// The displacement of each joint by all earlier commands \[rad, prismatic: m\].
     sums: &'a [f64],
-    /// The commanded speed of each joint [rad/s].
+    /// The commanded speed of each joint [rad/s, prismatic: m/s].
     speeds: &'a [f64],
     /// How long the command has moved the joints \[s\].
     time: f64,
@@ -189,7 +190,7 @@ pub(crate) mod tests {
         for cycle in 0..10 {
             history.note(cycle * 2 * MS, &[f64::from(cycle)], &[0.0]);
         }
-        // The commands are 3 rad/s from 6 to 8 ms and 4 rad/s from 8 to 10 ms. Half of the first one counts.
+        // The commands are 3 rad/s from 6 to 8 ms and 4 rad/s from 8 to 10 ms. Half of the first command counts.
         assert!((travel(&history, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
         assert_eq!(travel(&history, 7, 7), 0.0);
         assert_eq!(travel(&history, 0, 0), 0.0);

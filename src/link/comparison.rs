@@ -15,7 +15,7 @@ pub(crate) struct Comparison {
 }
 
 impl Comparison {
-    /// Adds a joint that was commanded to move by `asked` and moved by `moved` \[rad\].
+    /// Adds a joint that was commanded to move by `asked` and moved by `moved` \[rad, prismatic: m\].
     pub fn add(&mut self, asked: f64, moved: f64) {
         (self.product, self.square) = (self.product + asked * moved, self.square + asked * asked);
     }
@@ -32,7 +32,7 @@ impl Comparison {
 }
 
 impl FromIterator<(f64, f64)> for Comparison {
-    /// Adds up the comparisons of joints. Each joint is given by its commanded and its measured displacement \[rad\].
+    /// Adds up the comparisons of joints. Each joint is given by its commanded and its measured displacement \[rad, prismatic: m\].
     fn from_iter<I: IntoIterator<Item = (f64, f64)>>(joints: I) -> Self {
         let mut all = Self::default();
         joints.into_iter().for_each(|(asked, moved)| all.add(asked, moved));

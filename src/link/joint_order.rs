@@ -67,7 +67,7 @@ impl JointOrder {
         Ok(())
     }
 
-    /// Sets `into` to the positions \[rad\] of the arm's joints, matched by name. Ignores other joints.
+    /// Sets `into` to the positions \[rad, prismatic: m\] of the arm's joints, matched by name. Ignores other joints.
     ///
     /// # Errors
     /// A [`StateError`] if a joint is missing, a number is not finite or beyond [`bounds`], or the lists have different lengths.

@@ -11,9 +11,10 @@ use std::time::Duration;
 /// The clocks count as agreeing while joint states are at most this old by their stamps.
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
-/// How long the clocks must agree before stamps are used, and how long they must disagree before stamps are no longer used. A
-/// single late joint state does not prove that the clocks disagree.
+/// How long the clocks must agree before stamps are used.
 const AGREEMENT: Duration = Duration::from_millis(200);
+/// How long the clocks must disagree before stamps are no longer used. A single late joint state does not prove that the clocks
+/// disagree.
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
 /// The candidates for the response time: `CANDIDATES` multiples of `STEP`, from zero on. All are below `LONGEST_RESPONSE`.
@@ -24,11 +25,13 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// The least difference between the candidates' sums of squares for a decision \[rad²\]. Without it, noise would decide.
+/// The least difference between the misfits of the best and the next candidate for a decision \[rad²\]. Without it, noise would
+/// decide.
 const DISTINCT: f64 = 5e-5;
 
-/// The weight of a new joint state in the smoothed age, and of a new motion in the smoothed response time.
+/// The weight of a new joint state in the smoothed age.
 const SMOOTHING: f64 = 0.2;
+/// The weight of a new motion in the smoothed response time.
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
 /// Estimates the delay of one arm. It has two parts: the age of a joint state on arrival, and the robot's response time. The age
@@ -36,8 +39,9 @@ const RESPONSE_SMOOTHING: f64 = 0.36;
 /// commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
-    /// When stamps became plausible, and in the next field when the last plausible stamp arrived.
+    /// When stamps became plausible.
     agreeing_since: Option<Duration>,
+    /// When the last plausible stamp arrived.
     agreed: Option<Duration>,
     /// Whether stamps are used.
     stamped: bool,
@@ -47,10 +51,11 @@ pub(crate) struct Latency {
     interval: f64,
     /// The response time: the time from a command to the state of the robot that shows its effect \[s\].
     response: f64,
-    /// The weighted number of compared motions. The next fields are the sum of each joint's motion \[rad\], and the sum of the
-    /// squares of all motions \[rad²\].
+    /// The weighted number of compared motions.
     count: f64,
+    /// The sum of each joint's motions \[rad, prismatic: m\].
     moved: Vec<f64>,
+    /// The sum of the squares of all motions \[rad²\].
     motion: f64,
     candidates: Vec<Candidate>,
 }
@@ -60,7 +65,7 @@ pub(crate) struct Latency {
 struct Candidate {
     /// The motion compared with the commands of one response time earlier.
     comparison: Comparison,
-    /// The sum of each joint's commands \[rad\].
+    /// The sum of each joint's commands \[rad, prismatic: m\].
     asked: Vec<f64>,
 }
 
@@ -97,7 +102,7 @@ impl Latency {
         }
     }
 
-    /// Notes a joint state that arrived at `now`. The previous one arrived at `before`. Returns the age of the state.
+    /// Notes a joint state that arrived at `now`. The previous joint state arrived at `before`. Returns the age of the state.
     pub fn hear(&mut self, now: Duration, before: Option<Duration>, stamp_age: Option<Duration>) -> Duration {
         if let Some(before) = before {
             let interval = now.saturating_sub(before).min(LONGEST_AGE).as_secs_f64();
@@ -153,7 +158,7 @@ impl Latency {
         self.count += 1.0;
         self.motion += motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
         self.moved.iter_mut().zip(motion.moved).for_each(|(sum, moved)| *sum += moved);
-        // A motion long after the last command is not a response to it, whatever the response time is.
+        // A motion long after the last command is not a response to that command, whatever the response time is.
         if !history.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
             let mut window = history.window(motion.from, motion.to);
             for Candidate { comparison, asked: sums } in &mut self.candidates {

@@ -6,14 +6,13 @@ use std::time::Duration;
 /// A lateness is remembered for at least this time, and for at most twice this time.
 const WINDOW: Duration = Duration::from_secs(2);
 
-/// Robots with a timeout stop about this long after the last command, so a longer lateness does not matter.
+/// Robots with a command timeout stop about this long after the last command. So a lateness beyond this time does not matter.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
 /// The weight of the newest cycle in the average time between cycles. A stop takes about fifty cycles.
 const SMOOTHING: f64 = 0.02;
 
-/// The recent lateness of the cycles: the lateness of the worst cycle, and the largest average time between cycles over the
-/// duration of a stop.
+/// The recent lateness of the cycles: the worst lateness of a single cycle, and the worst average over the duration of a stop.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,
@@ -22,7 +21,7 @@ pub(crate) struct Cycles {
     average: f64,
     latest: Lateness,
     slowest: Lateness,
-    /// Whether the last cycle was so late that the robot has stopped by its own timeout.
+    /// Whether the last cycle was so late that the robot has stopped because of its command timeout.
     gap: bool,
 }
 
@@ -44,28 +43,30 @@ impl Cycles {
         self.slowest.note(now, average.saturating_sub(self.period));
     }
 
-    /// Returns whether the last cycle was so late that the robot has stopped by its own timeout.
+    /// Returns whether the last cycle was so late that the robot has stopped because of its command timeout.
     pub fn has_gap(&self) -> bool {
         self.gap
     }
 
-    /// Returns the lateness of the worst cycle in the last seconds.
+    /// Returns the largest lateness of a cycle in the last 2 to 4 s.
     pub fn latest(&self) -> Duration {
         self.latest.worst()
     }
 
-    /// Returns the largest average time between cycles in the last seconds, over the duration of a stop.
+    /// Returns the largest time between cycles in the last 2 to 4 s, averaged over the duration of a stop.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }
 }
 
-/// The worst lateness in the last seconds.
+/// The largest lateness of cycles or joint states in the last 2 to 4 s.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Lateness {
-    /// The start of the newer of the two windows.
+    /// When the newer window began.
     since: Duration,
+    /// The largest lateness in the older window.
     before: Duration,
+    /// The largest lateness in the newer window so far.
     now: Duration,
 }
 
@@ -80,7 +81,7 @@ impl Lateness {
         self.now = self.now.max(late.min(LONGEST_HOLD));
     }
 
-    /// Returns the worst lateness in the last seconds.
+    /// Returns the largest lateness in both windows.
     pub fn worst(&self) -> Duration {
         self.before.max(self.now)
     }

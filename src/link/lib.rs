@@ -30,7 +30,7 @@ use dq_limits::Limits;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A stamp counts as the present time if it is ahead of this host's clock by at most this.
+/// A stamp counts as the present time if it is ahead of this host's clock by at most this many nanoseconds.
 const AHEAD_NS: i64 = 5_000_000;
 
 /// A joint state as received.
@@ -82,7 +82,7 @@ pub struct ArmFigures {
     pub delay: Duration,
     /// The largest lateness of a cycle or of a joint state in the last seconds.
     pub lateness: Duration,
-    /// The largest average time between cycles in the last seconds, over the duration of a stop; at least the period.
+    /// The largest time between cycles in the last seconds, averaged over the duration of a stop; at least the control period.
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,

@@ -21,9 +21,9 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The hold of each joint [rad/s]: the part of its command that balances the pull. The next field is the part of the hold to
-    /// which the joint has responded.
+    /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that balances the pull.
     hold: Vec<f64>,
+    /// The part of each joint's hold to which the joint has responded [rad/s, prismatic: m/s].
     proven: Vec<f64>,
 }
 
@@ -52,8 +52,9 @@ impl Link {
         }
     }
 
-    /// Takes a joint state received at `now` for the next cycle. If there are several, the last valid one counts. Returns whether
-    /// its publisher is the one in use. Another publisher takes over only after the one in use has been silent for `silence`.
+    /// Takes a joint state received at `now` for the next cycle. If there are several joint states, the last valid one counts.
+    /// Returns whether its publisher is the one in use. Another publisher takes over only after the publisher in use has been
+    /// silent for `silence`.
     pub fn take(
         &mut self,
         arm: usize,
@@ -112,7 +113,7 @@ impl Link {
         })
     }
 
-    /// Notes that consent was revoked because an arm disobeyed.
+    /// Drops the recorded losses of arms that disobeyed, because consent was revoked for these losses.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -142,7 +143,7 @@ impl Link {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
-    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s].
+    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s, prismatic: m/s].
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
@@ -161,7 +162,8 @@ impl Link {
         }
     }
 
-    /// Notes the `command` [rad/s], in force from `now` on. The command includes the hold, which does not move the joints.
+    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. Its hold (the part that balances the estimated pull)
+    /// does not move the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -172,7 +174,7 @@ impl Link {
     }
 
     /// Moves the hold of each joint toward the estimated pull, or toward 0 if `what` is [`Hold::Nothing`]. `jerks` are the joints'
-    /// jerk limits [rad/s³], `period` is the control period \[s\].
+    /// jerk limits [rad/s³, prismatic: m/s³], `period` is the control period \[s\].
     pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
         let room = Room { limits, positions: &self.predicted, jerks, period };
         for arm in &mut self.arms {
@@ -211,7 +213,7 @@ impl Link {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the interval of joint states if those of an arm arrive too rarely for `state_timeout`.
+    /// Returns the interval of an arm's joint states if they arrive too rarely for `state_timeout`.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
@@ -222,8 +224,8 @@ impl Link {
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
     }
 
-    /// Returns an arm with two publishers of joint states, if there is one, and the numbers of both publishers, the earlier one
-    /// first.
+    /// Returns the number of an arm with two publishers of joint states, and the numbers of both publishers, the earlier publisher
+    /// first. `None` if there is no such arm.
     pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
         let mut arms = self.arms.iter_mut().enumerate();
         arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
@@ -239,13 +241,13 @@ impl Link {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
 
-    /// Returns a joint that does not follow, counted from 1, arm after arm, if there is one.
+    /// Returns the number of a joint that does not follow (from 1, arm after arm), if there is one.
     pub fn lost(&self) -> Option<usize> {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// Returns a joint that moves too far, if there is one, counted from 1, arm after arm. Also returns the ratio of its motion to
-    /// the command.
+    /// Returns the number of a joint that moves too far (from 1, arm after arm) and the ratio of its motion to the command, if
+    /// there is one.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;
@@ -253,12 +255,13 @@ impl Link {
         })
     }
 
-    /// Drives the arms that did not follow again, without waiting.
+    /// Lets the servo try the arms that did not follow again, without waiting.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor by which to scale `target` [rad/s], so that joints that have not yet responded move gently.
+    /// Returns the factor by which to scale `target` [rad/s, prismatic: m/s], so that joints that have not yet responded move
+    /// gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {
@@ -278,7 +281,8 @@ impl Link {
     }
 
     /// Returns the data by which braking before a position limit is computed. The servo has the control period `period` \[s\]. The
-    /// joints have these decelerations [rad/s²], jerks [rad/s³] and last changes of their commands [rad/s].
+    /// joints have these decelerations [rad/s², prismatic: m/s²], jerks [rad/s³, prismatic: m/s³] and last changes of their
+    /// commands [rad/s, prismatic: m/s].
     ///
     /// A command may stay in force for as long as the longest command of the last seconds. Such single delays do not limit the
     /// law's gain.

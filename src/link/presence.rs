@@ -8,7 +8,7 @@ use std::time::Duration;
 const LATENESS: f64 = 0.05;
 
 /// Returns the longest plausible travel of a joint between two joint states that are `seconds` apart \[rad, prismatic: m\]. `speed`
-/// is the joint's speed limit [rad/s].
+/// is the joint's speed limit [rad/s, prismatic: m/s].
 pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
     speed * (seconds + LATENESS)
 }
@@ -45,13 +45,14 @@ pub(crate) struct Step<'a> {
     /// When the previous joint state arrived, if there was one.
     pub before: Option<Duration>,
     pub now: Duration,
-    /// The positions in the previous and in the present joint state \[rad, prismatic: m\].
+    /// The positions in the previous joint state \[rad, prismatic: m\].
     pub from: &'a [f64],
+    /// The positions in the present joint state \[rad, prismatic: m\].
     pub to: &'a [f64],
-    /// The speed limits of the joints [rad/s].
+    /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
-    /// The recently commanded displacements \[rad\]. If a limit was lowered meanwhile, they may exceed the displacements that
-    /// `speeds` allow.
+    /// The recently commanded displacements \[rad, prismatic: m\]. If a limit was lowered meanwhile, they may exceed the
+    /// displacements that `speeds` allow.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
@@ -62,7 +63,7 @@ pub(crate) struct Step<'a> {
 impl Step<'_> {
     /// Returns the event if the robot appeared, was away for longer than `timeout`, or moved farther than it can within the time.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
-        // There is nothing to revoke from before the clock began.
+        // Before the clock began there was no request that could be revoked.
         let lately = self.now.checked_sub(timeout);
         let Some(before) = self.before else {
             return Some(Return { since: lately, what: Returned::Came });

@@ -22,17 +22,18 @@ const WATCHED: f64 = 5.0;
 /// Largest product of rate and delay: half of what the small-gain theorem allows.
 const STABLE: f64 = 0.5;
 
-/// The largest estimate, as a fraction of a joint's largest speed. The next number is its largest rate of change [rad/s²,
-/// prismatic: m/s²]. A faster change comes not from a weight, but from a joint that stands although it is commanded to move.
+/// The largest estimate of a pull, as a fraction of the joint's largest speed.
 const LARGEST: f64 = 0.2;
+/// The largest rate of change of an estimate [rad/s², prismatic: m/s²]. A faster change is not due to a weight: the joint stands
+/// although it is commanded to move.
 const FASTEST_CHANGE: f64 = 1.0;
 
 /// A joint that is slower than this stands [rad/s, prismatic: m/s].
 const STANDSTILL: f64 = 0.01;
 
-/// A motion at this speed, or with a change of speed of this size, no longer counts for the estimate [rad/s, prismatic: m/s]. Below
-/// it, the weight of a motion falls linearly with its speed. In fast or changing motion, an error of the estimated delay looks like
-/// a pull.
+/// A motion at this speed, or with a change of speed of this size, no longer counts for the estimate [rad/s, prismatic: m/s]. The
+/// weight of slower motions falls linearly from standstill to this speed. In fast or changing motion, an error of the estimated
+/// delay looks like a pull.
 const FAST: f64 = 0.1;
 
 /// The fraction of a joint's acceleration limit that its hold may use.
@@ -79,8 +80,9 @@ pub(crate) struct Room<'a> {
 
 /// The motion of one joint between two joint states, and its commands.
 pub(crate) struct Observed {
-    /// The measured and the commanded displacement \[rad, prismatic: m\].
+    /// The measured displacement \[rad, prismatic: m\].
     pub moved: f64,
+    /// The commanded displacement \[rad, prismatic: m\].
     pub asked: f64,
     /// The difference between the command and the recent mean command [rad/s, prismatic: m/s].
     pub change: f64,
@@ -116,7 +118,7 @@ impl Pull {
     }
 
     /// Updates the estimate with the motion of the joints within `passed`. The robot moves at the fraction `factor` of its
-    /// commanded speed. The estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s].
+    /// commanded speed. The estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s, prismatic: m/s].
     pub fn observe(
         &mut self,
         joints: impl Iterator<Item = Observed>,
@@ -128,8 +130,8 @@ impl Pull {
         for ((speed, largest), Observed { moved, asked, change }) in
             self.speeds.iter_mut().zip(largest).zip(joints)
         {
-            // If a joint stands at a steady command, the pull equals the command. If it moves slowly, somebody may have told the
-            // robot to be slow.
+            // If a joint stands at a steady command, the pull equals the command. If the joint moves slowly, somebody may have
+            // told the robot to be slow.
             let stands = moved.abs() <= STANDSTILL * passed;
             let asked_to_move = asked - passed * *speed;
             // If the command is small, the pull alone moves the joint.

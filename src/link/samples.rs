@@ -16,7 +16,7 @@ const SPACING: Duration = Duration::from_millis(10);
 /// unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
-/// Number of samples: those of one window, and the one before the window.
+/// Number of samples: those within one window, and the last sample before it.
 const CAPACITY: usize = 12;
 
 /// The joint positions of one arm at one time.

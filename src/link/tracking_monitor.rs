@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The distance that a joint must be commanded to move within a window before the monitor judges it \[rad\].
+/// The distance that a joint must be commanded to move within a window before the monitor judges it \[rad, prismatic: m\].
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The monitor reports a joint that moves this many times as far as commanded.
@@ -21,13 +21,13 @@ const TOO_FAR: f64 = 2.0;
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// The times by which commands may take effect later than estimated. The monitor uses the one that fits best.
+/// The delays beyond the estimated one with which commands may take effect. The monitor uses the delay that fits best.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
 /// How long a joint must fail to follow before the arm counts as lost.
 const PERSISTENCE: Duration = Duration::from_millis(50);
 
-/// Commands below this speed are too small to show whether the arm follows [rad/s].
+/// Commands below this speed are too small to show whether the arm follows [rad/s, prismatic: m/s].
 const CREEP: f64 = 1e-3;
 
 /// After this time without a visible command, the arm must respond again before it counts as following.
@@ -36,19 +36,18 @@ const REST: Duration = Duration::from_millis(300);
 /// An arm that does not follow is tried again after this time.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// The ratio of commanded motion to pull from which the robot's speed fraction is estimated.
+/// The robot's speed fraction is estimated only if the commanded motion is at least this many times the pull.
 const PULLED: f64 = 4.0;
 
 /// The weight of a new window in the robot's speed fraction.
 const SMOOTHING: f64 = 0.05;
 
-/// The distance that a joint has moved as a fraction of its commanded distance: the smallest and the largest fraction for all
-/// [`SLACK`]s.
+/// The fraction of its commanded distance that a joint has moved: the smallest and the largest fraction over all [`SLACK`]s.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,
     smallest: f64,
-    /// The ratio of the joint's distance to the commanded distance, which counts as at least [`LEAST_DISTANCE`].
+    /// The joint's distance divided by its commanded distance. The commanded distance counts as at least [`LEAST_DISTANCE`].
     excess: f64,
     /// The fraction of their commanded distance that the other joints have moved; −∞ if their commands were too small to tell.
     others: f64,
@@ -85,7 +84,7 @@ impl Part {
 /// What the arm is commanded to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// The arm stands. Its next command is the first one.
+    /// The arm stands. Its next command begins a new motion.
     Standing,
     /// The arm is commanded to move. `fails_since` is when a joint began to fail.
     Driven { fails_since: Option<Duration> },
@@ -93,12 +92,12 @@ enum Phase {
     Lost { since: Duration },
 }
 
-/// How an arm disobeys. The joint is counted from 0.
+/// How an arm disobeys. Joints are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disobedience {
-    /// A joint has not obeyed for this time.
+    /// This joint has not obeyed for this time.
     For(usize, Duration),
-    /// A joint stopped following too often.
+    /// This joint stopped following too often.
     Again(usize),
 }
 
@@ -107,7 +106,7 @@ pub enum Disobedience {
 pub(crate) struct TrackingMonitor {
     phase: Phase,
     departure: Departure,
-    /// When the arm last obeyed, and the joint that does not obey; `None` if all joints do.
+    /// When the arm last obeyed, and the joint that does not obey; `None` if all joints obey.
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     asked: Vec<f64>,
@@ -117,12 +116,12 @@ pub(crate) struct TrackingMonitor {
     factor: f64,
     /// The times at which the arm stopped following, the latest time first.
     losses: [Option<Duration>; LOSSES],
-    /// When a joint began to move too far, its number, and the ratio of its motion to the command.
+    /// When a joint began to move too far, the joint's number (from 0), and the ratio of its motion to the command.
     too_far: Option<(Duration, usize, f64)>,
 }
 
 impl TrackingMonitor {
-    /// Creates the monitor of an arm. `joints` are the indices of its joints among the joints of all arms.
+    /// Creates the monitor of an arm. `joints` are the indices of the arm's joints among the joints of all arms.
     pub fn new(joints: Range<usize>) -> Self {
         let joint_count = joints.len();
         Self {
@@ -177,7 +176,7 @@ impl TrackingMonitor {
         self.factor
     }
 
-    /// Returns how the arm has disobeyed, if that revokes consent at `now`: for longer than `timeout`, or too often.
+    /// Returns how the arm has disobeyed, if it has disobeyed for longer than `timeout` or too often. Then consent is revoked.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         let (since, joint) = self.disobeys?;
         let time = now.saturating_sub(since);
@@ -202,12 +201,12 @@ impl TrackingMonitor {
     }
 
     /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
-    /// `acceleration` is its acceleration limit [rad/s²].
+    /// `acceleration` is its acceleration limit [rad/s², prismatic: m/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         self.departure.probe(joint, acceleration)
     }
 
-    /// Notes the `motion` commanded from `now` on: one speed per joint [rad/s].
+    /// Notes the `motion` commanded from `now` on: one speed per joint [rad/s, prismatic: m/s].
     pub fn command(&mut self, now: Duration, motion: impl Iterator<Item = f64>) {
         let mut motion = motion;
         if motion.any(|speed| speed.abs() > CREEP) {
@@ -231,7 +230,7 @@ impl TrackingMonitor {
     }
 
     /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after
-    /// `response`; `pull` acts on its joints [rad/s].
+    /// `response`; `pull` acts on its joints [rad/s, prismatic: m/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -254,7 +253,7 @@ impl TrackingMonitor {
     }
 
     /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`, and responds after `response`; `pull`
-    /// acts on its joints [rad/s].
+    /// acts on its joints [rad/s, prismatic: m/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,
@@ -320,7 +319,8 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Makes the servo send zeros for a while, because `joint` has not obeyed since `since`. `counts` tells whether that is a loss.
+    /// Makes the servo send zeros for a while, because `joint` has not obeyed since `since`. `counts` tells whether this counts as
+    /// one of the [`LOSSES`].
     fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));
@@ -338,8 +338,8 @@ mod tests {
     use dq_limits::Interface;
     use proptest::prelude::*;
 
-    /// Returns when an arm is first judged lost, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s]. After `delay`
-    /// \[ms\], the joints move at the fractions `parts` of these speeds.
+    /// Returns the time at which an arm is first judged lost, if ever. Each of `pieces` commands its two revolute joints for 50 ms
+    /// [rad/s]. After `delay` \[ms\], the joints move at these speeds times the fractions `parts`.
     fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
         let kinds = [JointKind::Revolute; 2];
         let mut history = CommandHistory::new(2, MS, Interface::Velocity);

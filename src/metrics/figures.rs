@@ -10,7 +10,7 @@ macro_rules! figures {
         pub struct Figures { $($(#[$doc])* #[serde(rename = $name)] pub $field: $kind,)* }
 
         impl Figures {
-            /// Yields the figures with their names; `None` for those that are not known yet.
+            /// Yields each figure with its name; `None` for a figure that is not known yet.
             pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
                 [$(($name, Option::from(self.$field)),)*].into_iter()
             }
@@ -52,16 +52,16 @@ figures! {
     path_length: f64 = "path_length_m",
     /// Distance of the tool from its start \[m\].
     straight_line: f64 = "straight_line_m",
-    /// The path's length divided by the distance of the tool from its start; `None` if that distance is below a millimeter.
+    /// The path's length divided by the distance of the tool from its start; `None` if the distance is below a millimeter.
     path_ratio: Option<f64> = "path_ratio",
     /// Distance to the goal \[m\].
     position_error: f64 = "position_error_m",
     /// Angle to the goal \[rad\].
     rotation_error: f64 = "rotation_error_rad",
-    /// Largest joint speed commanded [rad/s].
+    /// Largest joint speed commanded [rad/s, prismatic: m/s].
     peak_joint_speed: f64 = "peak_joint_speed_rad_s",
-    /// How far the tool went past the goal \[m\]. It is measured along a line that ends at the goal. The line starts at the tool's
-    /// position when the goal last moved or, if the goal never moved, when the motion began.
+    /// How far the tool went past the goal \[m\]. It is measured along the line to the goal from the tool's position at the time
+    /// when the goal last moved or, if the goal never moved, when the motion began.
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",

@@ -45,7 +45,7 @@ impl Settling {
         }
     }
 
-    /// Returns the time from which the error has stayed within the band; `None` while it is outside.
+    /// Returns the time from which the error has stayed within the band; `None` while the error is outside the band.
     pub fn time(&self) -> Option<Duration> {
         self.inside.then_some(self.last_outside)
     }
@@ -58,11 +58,12 @@ pub struct MotionMeter {
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
-    /// The tool's position when the goal last moved; until then, its position at the start of the motion.
+    /// The start of the line for the overshoot: the tool's position when the goal last moved or, if it never moved, at the start
+    /// of the motion.
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<LastSample>,
-    /// Whether velocities change continuously between samples. Otherwise each one is held until the next sample.
+    /// Whether velocities change continuously between samples. Otherwise each velocity is constant until the next sample.
     continuous: bool,
     figures: Figures,
 }
@@ -116,7 +117,7 @@ impl MotionMeter {
         }
     }
 
-    /// Adds a sample: the tool at `point` \[m\], its error, and the commanded joint velocities [rad/s].
+    /// Adds a sample: the tool at `point` \[m\], its error, and the commanded joint velocities [rad/s, prismatic: m/s].
     pub fn update(&mut self, now: Duration, point: Vector3<f64>, error: &GoalError, theta_dot: &[f64]) {
         let elapsed = now.saturating_sub(self.started);
         self.rotation.update(elapsed, error.rotation);
@@ -145,7 +146,7 @@ impl MotionMeter {
         self.last = Some(LastSample { time: now, point, speed_squared });
     }
 
-    /// Adds a smallest singular value of the controlled Jacobian.
+    /// Adds the smallest singular value of the controlled Jacobian at the present joint positions.
     pub fn see_singular_value(&mut self, sigma: f64) {
         let smallest = self.figures.smallest_singular_value.map_or(sigma, |smallest| smallest.min(sigma));
         self.figures.smallest_singular_value = Some(smallest);

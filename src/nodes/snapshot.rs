@@ -103,7 +103,7 @@ pub(super) struct Snapshot {
     pub updates: MotionUpdates,
     /// The timing of the cycle; zeros if neither status nor diagnostics are due.
     pub timing: TimingFigures,
-    /// The two publishers that the reason for the state is about, if it is about two publishers.
+    /// If the reason for the state is a conflict between two publishers: these publishers.
     pub rivals: [Option<EndpointId>; 2],
     /// The publisher of the last request, if that request was a message.
     pub asker: Option<EndpointId>,

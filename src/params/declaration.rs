@@ -44,7 +44,7 @@ pub struct Declaration {
     pub unit: &'static str,
     /// A description of what the parameter does.
     pub description: &'static str,
-    /// Whether the parameter can be set only when the node starts.
+    /// Whether a value can be set only when the node starts.
     pub read_only: bool,
     /// Whether the user must give a value, because it describes the robot and no default would be useful.
     pub required: bool,

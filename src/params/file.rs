@@ -18,9 +18,9 @@ pub struct ParameterOverride {
     pub value: Value,
     /// The file or the argument that gives the value.
     pub source: String,
-    /// Whether the value is for this node by name. The parameter must then exist. A value for every node is ignored if the
-    /// parameter does not exist, as in ROS 2. An unknown name in a namespace of our parameters is an error even then, because no
-    /// other node uses these namespaces.
+    /// Whether the file or the argument names this node. Then the parameter must exist. A value for every node is ignored if the
+    /// node does not have the parameter, as in ROS 2. But an unknown name in a namespace of our parameters is always an error,
+    /// because no other node uses these namespaces.
     pub by_name: bool,
 }
 
@@ -71,13 +71,13 @@ impl FileParameters {
         Ok(reader.found)
     }
 
-    /// Returns whether the file has a section for the node with the full name `node`, even an empty one.
+    /// Returns whether the file has a section, even an empty section, for the node with the full name `node`.
     pub fn has_section_of(&self, node: &str) -> bool {
         self.sections.iter().any(|section| matches_node(section, node))
     }
 }
 
-/// Returns the names and values that [`FileParameters::read`] finds in `text`.
+/// Returns the names and values for the node `node` in `text`, as [`FileParameters::read`] finds them.
 ///
 /// # Errors
 /// [`ParameterError::File`] if the text is not a parameter file.
@@ -128,7 +128,8 @@ impl Reader<'_> {
                 Yaml::Map(inner) => self.take_parameters(inner, &name, path)?,
                 Yaml::Nothing => return Err(format!("parameter {name:?}: expected a value, got nothing")),
                 Yaml::Value(value) => {
-                    // The YAML parser rejects a name that occurs twice in the same spelling, but not in two spellings.
+                    // The YAML parser rejects a name that occurs twice in the same spelling, but not a name in two spellings, such
+                    // as nested and dotted.
                     if !self.seen.insert((path.to_owned(), name.clone())) {
                         return Err(format!(
                             "parameter {name:?} of {path:?} is given twice, in two spellings"
@@ -157,7 +158,8 @@ fn matches_node(pattern: &str, node: &str) -> bool {
             _ => false,
         }
     }
-    // Each `**` multiplies the time of matching. Real files have at most one, so patterns with more than three match nothing.
+    // Each `**` multiplies the time of matching. Real patterns have at most one `**`, so patterns with more than three match
+    // nothing.
     let pattern = tokens(pattern);
     pattern.iter().filter(|token| **token == "**").count() <= 3 && matches(&pattern, &tokens(node))
 }
@@ -213,7 +215,7 @@ mod tests {
         ] {
             let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
             assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");
-            // This would be advice for programmers.
+            // The message must not contain the parser's advice for programmers.
             assert!(!message.contains("Options") && !message.contains("from_str"), "{message}");
         }
     }

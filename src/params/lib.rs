@@ -18,7 +18,7 @@
 //! assert!(warnings.is_empty());
 //! assert_eq!(store.read::<Follower>()?.gain, 2.0);
 //!
-//! // While the node runs, changes are checked as a whole before any of them takes effect.
+//! // While the node runs, the store checks all changes together before any of them takes effect.
 //! let too_much = store.with(&[("gain".to_owned(), Value::Double(11.0))]);
 //! assert!(too_much.unwrap_err().to_string().ends_with("expected 0 to 10 1/s"));
 //! # Ok::<(), dq_params::ParameterError>(())
@@ -27,7 +27,7 @@
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-// The derive macro generates paths that begin with this name.
+// The code from the derive macro has paths that begin with `dq_params`.
 extern crate self as dq_params;
 
 mod declaration;

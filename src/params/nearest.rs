@@ -1,6 +1,6 @@
 //! Finds the known name that is most similar to a misspelled name.
 
-/// The length of the longest misspelled name for which a similar name is searched \[bytes\].
+/// The length of the longest misspelled name for which [`nearest`] searches a similar name \[bytes\].
 const LONGEST: usize = 200;
 
 /// Returns the name among `known` that shares the most pairs of neighboring letters with `name`, if it is similar enough.
@@ -13,12 +13,12 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     (score >= 0.5).then_some(best)
 }
 
-/// Returns whether changing at most a quarter of the letters of `name` makes it one of `known`.
+/// Returns whether `name` equals one of the names `known` after a change of at most a quarter of its letters.
 pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
 }
 
-/// Returns whether `name` is the namespace of one of `known`, or is in one of these namespaces. For example, `limits` and
+/// Returns whether `name` is the namespace of one of the names `known`, or a name in such a namespace. For example, `limits` and
 /// `limits.x` share the namespace of `limits.y`.
 pub fn shares_namespace<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     let namespace = |name: &'a str| name.split_once('.').map(|(namespace, _)| namespace);

@@ -9,7 +9,7 @@ use std::time::Duration;
 ///
 /// The documentation of a field is the parameter's description, and brackets at its end contain the unit. The keywords in
 /// `#[parameter(...)]` give the rest:
-/// - `default = 0.5`: the default value. Without it, the default is 0, false or empty.
+/// - `default = 0.5`: the default value. Without this keyword, the default is 0, false or empty.
 /// - `range = 0.0..=1.0`: the allowed range.
 /// - `one_of = NAMES`: the allowed names, for a value that is read from its name.
 /// - `name = "..."`: the parameter's name, if it differs from the field's.
@@ -89,7 +89,7 @@ impl Declarer {
 
 /// A type that the field of a parameter can have.
 pub trait ParameterType: Sized {
-    /// Returns the default of a field that declares none: 0, false or empty.
+    /// Returns the default of a field that declares no default: 0, false or empty.
     fn empty() -> Value;
 
     /// Converts the value of the parameter `name`. The value has the same type as [`empty`](Self::empty).

@@ -16,8 +16,8 @@ pub struct ParameterStore {
 const LISTED: usize = 4;
 
 impl ParameterStore {
-    /// Creates a store in which all parameters have their defaults. It ignores values for the names `also_known`, because one file
-    /// serves several nodes, and each node takes only its own values.
+    /// Creates a store in which all parameters have their defaults. The store ignores values for the names `also_known`: one file
+    /// may have the values of several nodes, and each node takes only its own values.
     pub fn new(declarations: Vec<Declaration>, also_known: Vec<&'static str>) -> Self {
         let with_default = |declared: Declaration| (declared.clone(), declared.default);
         Self { parameters: declarations.into_iter().map(with_default).collect(), also_known }
@@ -58,7 +58,7 @@ impl ParameterStore {
         Ok(())
     }
 
-    /// Sets the values with which the node with the full name `node` starts. Later values override earlier ones. Returns the
+    /// Sets the values with which the node with the full name `node` starts. Later values override earlier values. Returns the
     /// warnings to print, one line per source.
     ///
     /// # Errors
@@ -127,7 +127,7 @@ impl ParameterStore {
         self.parameters.iter().map(|(declared, value)| (declared, value))
     }
 
-    /// Yields the names of this node's parameters, and the known names of the program's other nodes.
+    /// Yields the names of this node's parameters, and the names `also_known` of other nodes.
     fn known(&self) -> impl Iterator<Item = &'static str> {
         self.parameters.iter().map(|(declared, _)| declared.name).chain(self.also_known.iter().copied())
     }

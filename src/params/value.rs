@@ -79,7 +79,7 @@ fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text. It is written without quotes if every ROS 2 tool reads the result as a text.
+/// A text. The text is written without quotes if every ROS 2 tool reads the result as a text.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {
@@ -87,7 +87,7 @@ impl Serialize for Text<'_> {
         let Self(text) = self;
         let is_word = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_./".contains(&byte))
             && text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '/');
-        // rcl, like C, reads this word as a number. The serializer itself quotes all other words that could be read as another
+        // rcl, like C, reads `infinity` as a number. The serializer itself quotes all other words that could be read as another
         // type.
         match is_word && !text.eq_ignore_ascii_case("infinity") {
             true => serializer.serialize_str(text),
@@ -205,8 +205,8 @@ mod tests {
         assert_eq!(Value::StringArray(vec!["a b".into(), "c".into()]).to_string(), "[\"a b\", c]");
     }
 
-    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl reads the words that C
-    /// accepts as numbers, such as `inf` and `nan`, as numbers, too.
+    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl accepts the same words
+    /// for numbers as C does, such as `inf` and `nan`.
     #[test]
     fn numbers_and_words_are_written_so_that_ros_2_tools_read_them() {
         let numbers = [(1e-6, "1.0e-6"), (1.5e-7, "1.5e-7"), (1e16, "1.0e+16"), (-2.5e300, "-2.5e+300")];

@@ -28,7 +28,7 @@ pub struct Realism {
 }
 
 impl Realism {
-    /// Returns the measured value of a position \[rad\]. `noise` is from −1 to 1.
+    /// Returns the measured value of a position \[rad, prismatic: m\]. `noise` is from −1 to 1.
     fn measured(&self, position: f64, noise: f64) -> f64 {
         let noisy = position + self.position_noise * noise;
         match self.encoder_resolution > 0.0 {
@@ -43,9 +43,9 @@ impl Realism {
 pub struct Measured {
     /// The time of the measurement.
     pub at: Duration,
-    /// Joint positions \[rad\].
+    /// Joint positions \[rad, prismatic: m\].
     pub positions: Vec<f64>,
-    /// Joint velocities [rad/s].
+    /// Joint velocities [rad/s, prismatic: m/s].
     pub velocities: Vec<f64>,
 }
 

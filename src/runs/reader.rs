@@ -79,7 +79,7 @@ pub(super) struct RunReader {
     /// Whether the servo sent nothing in the last recorded cycle.
     sent_nothing: bool,
     motions: MotionRows,
-    /// The reason why the first joint state that does not belong to this arm could not be used.
+    /// The reason why a joint state was rejected, for the first joint state that does not belong to this arm.
     unusable: Option<StateError>,
 }
 

@@ -32,7 +32,7 @@ pub struct Replayed {
     pub largest_difference: f64,
     /// The unit of the commands.
     pub unit: &'static str,
-    /// When the first command differs, by the time of its cycle, counted from the first cycle \[s\].
+    /// The time of the cycle with the first differing command, counted from the first cycle \[s\]; `None` if no command differs.
     pub first_difference_s: Option<f64>,
     /// The time intervals in which commands were compared \[s\], counted from the first cycle.
     pub judged_s: Vec<(f64, f64)>,

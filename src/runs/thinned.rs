@@ -15,8 +15,8 @@ pub struct Thinned<T> {
 }
 
 impl<T> Thinned<T> {
-    /// Creates an empty series of at most `most` entries. When an entry is dropped, `merge` adds the information that must not be
-    /// lost to the next entry.
+    /// Creates an empty series of at most `most` entries. When an entry is dropped, `merge(next, dropped)` copies into the next
+    /// entry the information that must not be lost.
     pub(super) fn new(most: usize, merge: fn(&mut T, &T)) -> Self {
         Self { kept: Vec::new(), stride: 1, came: 0, most, merge }
     }

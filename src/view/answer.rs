@@ -22,12 +22,12 @@ impl Answer {
         Self { ok: false, text: why.to_string() }
     }
 
-    /// Returns the frame that shows the answer to all browsers, including those that did not send the request.
+    /// Returns the JSON message that shows the answer to all browsers, including those that did not send the request.
     pub fn broadcast(&self) -> String {
         self.frame(None)
     }
 
-    /// Returns the frame with the answer to the request `id`; `None` if the frame was not a valid request.
+    /// Returns the JSON message with the answer to the request `id`; `None` if the browser's message was not a valid request.
     pub(super) fn frame(&self, id: Option<u32>) -> String {
         serde_json::json!({ "answer": { "id": id, "ok": self.ok, "text": self.text } }).to_string()
     }

@@ -3,7 +3,7 @@
 use dq_common::text::cut;
 use serde::Deserialize;
 
-/// A frame from a browser.
+/// A message from a browser.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Request {
@@ -58,7 +58,7 @@ pub enum Ask {
 }
 
 impl Request {
-    /// Reads a text frame.
+    /// Reads a text message.
     ///
     /// # Errors
     /// The reason why the text is not a valid request, as a sentence.

@@ -83,13 +83,13 @@ pub struct Asked<A> {
 
 /// The robot's end of the channel: it writes what browsers show, and reads their requests.
 pub struct RobotEnd {
-    /// The frame of data that seldom changes: the arm and the parameters.
+    /// The JSON message with the data that seldom change: the arm and the parameters.
     pub robot: watch::Sender<Arc<str>>,
-    /// The frame of data that changes all the time.
+    /// The JSON message with the data that change all the time.
     pub now: watch::Sender<Arc<str>>,
-    /// The frame of a race.
+    /// The JSON message that shows a race.
     pub race: watch::Sender<Arc<str>>,
-    /// The frame of the markers that the servo publishes for viewers.
+    /// The JSON message that shows the markers that the servo publishes for viewers.
     pub markers: watch::Sender<Arc<str>>,
     /// The shape of the arm in the page's format; empty if there is no description.
     pub arm_shape: watch::Sender<Arc<[u8]>>,

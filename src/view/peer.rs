@@ -23,10 +23,10 @@ use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
 use tokio::task::JoinSet;
 
-/// The shortest time between two frames. A screen needs no more than 50 per second.
+/// The shortest time between two messages to a browser. A screen needs no more than 50 per second.
 const FRAME: Duration = Duration::from_millis(20);
 
-/// The longest time between two frames. Frames are this far apart while nothing is received.
+/// The longest time between two messages to a browser. It applies while nothing is received.
 const IDLE: Duration = Duration::from_millis(500);
 
 /// The longest time that a service may take.
@@ -128,7 +128,7 @@ impl Peer {
     }
 }
 
-/// Writes a frame whenever something is received, and at least twice per second.
+/// Writes a message for browsers whenever something is received, and at least twice per second.
 async fn show(
     shared: Arc<Shared>,
     mut seen: ServoMonitor,

@@ -95,7 +95,7 @@ impl RaceWatch {
         self.arms.iter().all(|arm| arm.servo.motion().is_some_and(over))
     }
 
-    /// Returns the frame that shows both arms in race number `number`.
+    /// Returns the JSON message that shows both arms in race number `number`.
     pub fn frame(&self, number: u64, is_over: bool) -> String {
         let time = self.begun.as_ref().map_or(Duration::ZERO, Instant::elapsed).as_secs_f64();
         let arms: Vec<_> = self.arms.iter().map(|arm| self.arm(arm, time)).collect();

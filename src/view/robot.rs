@@ -110,7 +110,7 @@ impl Robot {
         self.typed.settings.controller.damping.threshold
     }
 
-    /// Returns the frame that shows the arm and the parameters.
+    /// Returns the JSON message that shows the arm and the parameters.
     pub fn frame(&self) -> String {
         let settings = &self.typed.settings;
         let bound = |bounds: &[f64]| {

@@ -182,7 +182,7 @@ async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePe
 }
 
 async fn converse(stream: TcpStream, service: TowerToHyperService<Router>) -> hyper::Result<()> {
-    // Frames are small and should arrive at once.
+    // Messages are small and should arrive at once.
     let _ = stream.set_nodelay(true);
     http1::Builder::new()
         .timer(TokioTimer::new())

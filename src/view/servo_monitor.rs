@@ -1,4 +1,4 @@
-//! The data that change all the time: the messages of the servo and its arm, and the frame that shows them.
+//! The data that change all the time: the messages of the servo and its arm, and the JSON message that shows them.
 
 use super::explain::explain;
 use super::robot::{Robot, link_frames, link_points};
@@ -192,8 +192,8 @@ impl ServoMonitor {
         })
     }
 
-    /// Returns the frame that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal are in
-    /// the goal frame; for two arms the goal frame is that of the left tool, `goal_frame`.
+    /// Returns the JSON message that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal
+    /// are in the goal frame; for two arms the goal frame is that of the left tool, `goal_frame`.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);

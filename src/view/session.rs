@@ -117,7 +117,7 @@ impl Session {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
             Some(Err(why)) => {
                 let reason = "this is not a message of the protocol, or it is too large".into();
-                // A browser that has just disconnected has not broken a rule, and cannot receive the frame.
+                // A browser that has just disconnected has not broken a rule, and cannot receive the message.
                 self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await?;
                 self.complaints.add(&format!("a browser broke the protocol: {why}"));
                 Err(Gone)
@@ -156,7 +156,7 @@ impl Session {
         Ok(())
     }
 
-    /// Sends a text frame, unless it is empty.
+    /// Sends a text message, unless it is empty.
     async fn send(&mut self, frame: String) -> Result<(), Gone> {
         if frame.is_empty() { Ok(()) } else { self.push(Message::Text(frame.into())).await }
     }

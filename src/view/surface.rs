@@ -36,8 +36,8 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// Adds a triangle. Merges equal corners in one cell of the size `cell` \[m\]. Leaves out triangles that are smaller than a
-    /// cell.
+    /// Adds a triangle. Merges corners in the same cell (edge length `cell` \[m\]) that have the same color and nearly the same
+    /// normal. Leaves out triangles that are smaller than a cell.
     pub fn add(&mut self, triangle: &Triangle, color: Rgb, cell: f64) {
         let indices = triangle.map(|corner| self.corner(&corner, color, cell));
         let [a, b, c] = indices;

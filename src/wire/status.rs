@@ -35,7 +35,7 @@ pub struct StatusReport {
     pub goal_stamp: Option<String>,
     /// The reason why the arm does not arrive and what to try, if the state needs one to be understood.
     pub reason: Option<String>,
-    /// The name of the joint that its position limit stops.
+    /// The name of the joint stopped by its position limit.
     pub joint_at_limit: Option<String>,
     /// The distance between the two nearest parts \[m\]; `None` if constraints are off or nothing is near.
     pub clearance: Option<f64>,
@@ -79,7 +79,7 @@ impl CycleJitter {
 pub struct ServoReport<'a> {
     /// The law in force.
     pub law: LawNames,
-    /// The name of the joint that its position limit stops.
+    /// The name of the joint stopped by its position limit.
     pub joint_at_limit: Option<&'a str>,
     /// The reason why the arm does not arrive, and what to try.
     pub reason: Option<String>,

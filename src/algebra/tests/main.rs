@@ -10,7 +10,7 @@ use reference::{distance, json, numbers};
 use std::f64::consts::PI;
 use tolerance::{ALGEBRA, REFERENCE};
 
-/// Tolerance of logarithms near π, where the distance of the translation amplifies the rounding error of the angle.
+/// Tolerance of logarithms of rotations near π, whose translation amplifies the rounding error of the angle.
 const LOG: f64 = 1e-11;
 
 fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
@@ -296,7 +296,7 @@ proptest! {
     #[test]
     fn sclerp_agrees_with_nalgebra((a, b) in (any_pose(), any_pose()), t in 0.0..1.0f64) {
         let theirs = |q: &UnitDualQuaternion| nalgebra::UnitDualQuaternion::from_isometry(&q.frame());
-        // At a half turn nalgebra has no result; near it, fewer digits.
+        // At a half turn nalgebra has no result; near a half turn, its result has fewer digits.
         prop_assume!(a.real().dot(&b.real()).abs() > 1e-3);
         let expected = theirs(&a).try_sclerp(&theirs(&b), t, 0.0).unwrap().to_isometry();
         let [distance, turn] = a.sclerp(&b, t).distances(&expected.into());
@@ -351,7 +351,7 @@ proptest! {
         prop_assert!((pose.inverse().screw_log() + pose.screw_log()).norm() < LOG);
     }
 
-    /// Half of the logarithm leads to the middle of the screw.
+    /// Checks that half of the logarithm leads to the middle of the screw.
     #[test]
     fn two_halves_of_a_screw_are_the_whole(twist in any_twist()) {
         let half = UnitDualQuaternion::screw_exp(&(0.5 * twist));

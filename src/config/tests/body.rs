@@ -77,7 +77,7 @@ proptest! {
         let (text, body) = (ROBOT, body_with_mesh(&folder));
         let description = Description::read(text, "base", "flange").unwrap();
         let frames = description.arm.chain().unwrap().link_poses(&positions).unwrap();
-        // The poses of the links, by the joints of the description.
+        // Computes the poses of the links from the joints of the description.
         let [turn, slide, wrist] = &description.arm.joints[..] else { panic!() };
         let upper = turn.parent_from_child(positions[0]);
         let fore = upper * slide.parent_from_child(positions[1]);

@@ -1,5 +1,5 @@
-//! Tests of limits in descriptions. Many exporters write numbers that are not limits: 0, none, or an empty range. The tests also
-//! check the limits of a description that is made from DH rows.
+//! Tests of limits in descriptions. Many exporters write something that is not a limit: the number 0, no number, or an empty
+//! range. The tests also check the limits of a description that is made from DH rows.
 
 use crate::described::{GANTRY, frames};
 use crate::{given, started, text};
@@ -61,7 +61,7 @@ fn an_invalid_limit_is_rejected_with_advice_and_can_be_overridden() {
             "{why}"
         );
     }
-    // An invalid value that the user has set is reported, not its consequences.
+    // If the user has set an invalid value, the error names this value, and not the invalid limits that result from it.
     let fast = values(GANTRY, &[]).into_iter().chain([("limits.joint_velocity", text("fast"))]);
     for wrong in [values(GANTRY, &[("limits.joint_velocity", vec![1.0, 0.0, 1.0])]), fast.collect()] {
         let refused = started(&wrong).unwrap_err();
@@ -73,8 +73,8 @@ fn an_invalid_limit_is_rejected_with_advice_and_can_be_overridden() {
     assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
 }
 
-/// A controller should keep within the soft limits. These are inside the hard limits, at which the robot's own controller stops or
-/// brakes.
+/// A controller should keep within the soft limits. The soft limits are inside the hard limits, at which the robot's own
+/// controller stops or brakes.
 #[test]
 fn the_tighter_of_a_hard_and_a_soft_limit_counts() {
     let limit = "<limit lower='-1' upper='2' velocity='1.5' effort='1'/>";
@@ -132,7 +132,7 @@ fn a_sliding_joint_may_have_no_limit() {
     }
 }
 
-/// If a parameter replaces the limits, there is no warning.
+/// Also checks that there is no warning if parameters replace the limits.
 #[test]
 fn limits_that_look_like_degrees_cause_a_warning() {
     let range = [
@@ -184,7 +184,7 @@ fn is_beyond(document: &str, goal: [f64; 3], more: &[List]) -> bool {
     servo.arms.reach(&Vector3::from(goal), servo.settings.limits.position.ranges()).is_beyond(1e-3)
 }
 
-/// The reach of prismatic joints depends on the effective limits, not on those in the description.
+/// The reach of an arm with prismatic joints depends on the effective limits, not on the limits in the description.
 #[test]
 fn an_arm_reaches_as_far_as_its_limits_let_it_slide() {
     // The links have 0.37 m and 0.5 m, and the prismatic joint has 0.4 m.
@@ -208,7 +208,7 @@ fn an_arm_on_a_rail_reaches_as_far_as_its_links_from_any_point_of_the_rail() {
     ] {
         assert_eq!(is_beyond(RAIL, goal, &[]), beyond, "{goal:?}");
     }
-    // If all joints are prismatic, only their own range is within reach.
+    // If all joints are prismatic, the arm reaches only as far as their ranges.
     let slides = RAIL.replace("type='continuous'", "type='prismatic'").replace(
         "<limit velocity='1' effort='1'/>",
         "<axis xyz='0 0.6 0.8'/><limit lower='-1' upper='1' velocity='1' effort='1'/>",
@@ -240,7 +240,7 @@ pub fn of_arm(name: &str) -> Vec<ParameterOverride> {
     values.map(|(name, value)| ParameterOverride::new(name, value, "the box")).collect()
 }
 
-/// RViz and other tools read the limits from the description that is made from the rows.
+/// RViz and other tools read the limits from the robot description that the plant makes from DH rows.
 #[test]
 fn the_description_of_rows_has_the_limits_of_the_parameters() {
     let (store, _) = PlantParameters::start("/arm", of_arm("ur5e")).unwrap();

@@ -20,7 +20,7 @@ fn mutation<'a>(robot: &str, line: &'a str) -> (Vec<u8>, Option<&'a str>) {
     (text, Some(verdict).filter(|verdict| *verdict != "-"))
 }
 
-/// Returns the joint names in hexadecimal, and the position of the tool with all joints at 0.
+/// Returns this program's result: the joint names in hexadecimal, and the position of the tool with all joints at 0.
 fn verdict(store: &ParameterStore) -> (Vec<String>, [f64; 3]) {
     let parameters = ServoParameters::from_store(store).unwrap();
     let hex = |name: &String| name.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();

@@ -157,8 +157,9 @@ fn a_mesh_without_size_or_with_nan_gets_a_capsule_along_its_link_and_a_warning()
     }
 }
 
-/// Moves an arm with one joint about z and two about y toward a quarter turn. A post blocks the part that its first link carries.
-/// Returns the first joint's position at the end \[rad\], and the smallest distance between the part's axis and the post \[m\].
+/// Moves an arm with a joint about z and two joints about y, so that the first joint should make a quarter turn. A post blocks a
+/// part that the first link carries. Returns the first joint's position at the end \[rad\], and the smallest distance between the
+/// part's axis and the post \[m\].
 fn way_past_a_post(robot: &Path) -> (f64, f64) {
     const POST: [f64; 3] = [0.0, 0.35, 0.0];
     let parameters = started(&[
@@ -191,7 +192,7 @@ fn way_past_a_post(robot: &Path) -> (f64, f64) {
 #[test]
 fn a_paddle_stops_at_a_keep_out_whatever_the_joint_names() {
     let (plain, distance) = way_past_a_post(&data("mesh/paddle_without.urdf"));
-    // The post has 5 cm, and the paddle at least 4 cm. The path is not completed.
+    // The radius of the post is 5 cm, and the radius of the paddle at least 4 cm. The arm does not complete the quarter turn.
     assert!(distance > 0.09 && plain < 1.4 && plain > 0.3, "{plain} {distance}");
     assert_eq!(way_past_a_post(&data("mesh/paddle_with_spaces.urdf")), (plain, distance));
     let text = std::fs::read_to_string(data("mesh/paddle_without.urdf")).unwrap();

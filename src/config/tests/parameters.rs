@@ -271,7 +271,7 @@ fn a_guard_timeout_below_three_periods_of_its_servo_is_rejected() {
     }
 }
 
-/// If the servo rejects limits, a plant's robot_description with these limits could not be read either.
+/// If the plant accepted limits that the servo rejects, the servo could not read the plant's robot_description.
 #[test]
 fn empty_position_ranges_are_rejected_by_servo_and_plant() {
     let crossed = given(&[
@@ -334,7 +334,7 @@ fn a_running_servo_accepts_what_the_parameters_accept() {
     assert!(servo.configure(spoilt.settings).is_err());
 }
 
-/// We have no other parameters in these namespaces. A user who sets an unknown one expects an effect.
+/// We have no other parameters in these namespaces. A user who sets an unknown parameter there expects an effect.
 #[test]
 fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     for (name, near) in [
@@ -352,7 +352,7 @@ fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     assert!(PlantParameters::start("/puma560", given(&[("gains.diffc", "1")])).unwrap().1.is_empty());
 }
 
-/// The parameters have exactly the value that the store accepts.
+/// The typed parameters have exactly the values that the store has accepted.
 #[test]
 fn each_live_number_is_read_as_it_was_set() {
     let store = store();

@@ -49,7 +49,7 @@ fn your_own_arm_needs_one_limit_per_joint() {
     assert_eq!(parameters.joints[0].names(), ["joint1", "joint2"]);
     let limits = &parameters.settings.limits;
     assert_eq!((limits.deceleration(0), limits.position.upper[1]), (3.0, f64::INFINITY));
-    // All else is as in a node without settings.
+    // All other settings are as in a node without settings.
     let values = parameters_for(BUILTIN_FILE, "", "/dq_servo").unwrap();
     let node = ServoParameters::from_values(values, "").unwrap();
     assert_eq!(parameters.settings.controller, node.settings.controller);

@@ -26,8 +26,8 @@ fn with_rotation(rotation: &str) -> String {
 fn a_quaternion_equals_the_rotation_by_angles() {
     let read = |text: &str| Description::read(text, "base", "l6").unwrap().arm.chain().unwrap();
     let place = |text: &str| read(text).forward_kinematics(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
-    // (0, y, 0, w) is a rotation about y; its length does not matter. The others are two successive rotations, with matrices from
-    // pin (4.1.0).
+    // (0, y, 0, w) is a rotation about y; its length does not matter. The other cases are two successive rotations, with matrices
+    // from pin (4.1.0).
     let same = [
         ("quat_xyzw=\"0 0.7071068 0 0.7071068\"", "rpy=\"0 1.5707963267948966 0\""),
         ("quat_xyzw=\"0 2 0 2\"", "rpy=\"0 1.5707963267948966 0\""),
@@ -99,8 +99,8 @@ fn a_urdf_capsule_becomes_the_capsule_of_the_body() {
     let scene = ServoParameters::from_store(&store).unwrap().settings.scene.unwrap();
     let [first, second, ..] = &scene.body().capsules[..] else { panic!() };
     assert_eq!((first.link, second.link), (0, 1));
-    // The capsule extends by 0.25 m to both sides of an origin 0.25 m above the joint. It has its own radius; the parameter rounds
-    // to a tenth of a millimeter.
+    // The capsule extends by 0.25 m to both sides of an origin 0.25 m above the joint. The capsule has its own radius; the
+    // parameter rounds to a tenth of a millimeter.
     let mut ends = second.core.ends.map(|end| end.z);
     ends.sort_by(f64::total_cmp);
     assert_eq!(ends, [0.0, 0.5]);

@@ -66,7 +66,7 @@ pub struct Revoked {
 }
 
 impl Revoked {
-    /// Returns the revocation as it applies to a request that was pushed at `pushed`.
+    /// Returns the reason of this revocation, for a request that was pushed at `pushed`.
     fn why_of(&self, pushed: Duration) -> Revocation {
         match self.why {
             Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
@@ -133,7 +133,7 @@ impl Consent {
     }
 }
 
-/// The push of one publisher, and when its first message arrived.
+/// The push of one publisher, and when the first message of the push arrived.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Push {
     request: MotionRequest,
@@ -229,8 +229,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current one. Returns whether it begins a new push. A goal does not change the time of push of a newer request
-    /// that is in force.
+    /// Makes `request` the current request. Returns whether it begins a new push. A goal does not change the time of push of a
+    /// newer request that is in force.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());
@@ -240,7 +240,7 @@ impl MotionRequests {
     }
 
     /// Returns two publishers of the same kind that push at the same time. They are rivals if the first publisher was heard again
-    /// after the other one began.
+    /// after the other publisher began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
             let is_valid = matches!(push.request.revoked, None | Some(Revocation::Rivals(_)));
@@ -262,7 +262,7 @@ impl MotionRequests {
         })
     }
 
-    /// Revokes at `now` every push up to `until`.
+    /// Notes a revocation at `now`, which revokes every push up to the time `until`.
     pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
         let revoked = Revoked { until, at: now, why };
         self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.request));

@@ -41,8 +41,9 @@ pub struct Servo {
     robot: Robot,
     frames: Frames,
     settings: Settings,
-    /// Number of times that the settings were changed. The next field is the time of the last change.
+    /// Number of times that the settings were changed.
     configurations: u64,
+    /// When the settings were last changed.
     configured: Option<Duration>,
     clock: Clock,
     /// The requests, and the consent that follows from them.
@@ -168,8 +169,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Revokes all requests until the last cycle, because the tool or the aim has changed. The node answers a change of settings
-    /// before the cycle applies it. So a goal in the same cycle may have been sent after the answer, and is not revoked.
+    /// Revokes all requests sent up to the last cycle, because the tool or the aim has changed. The node answers a change of
+    /// settings before the cycle applies it. So a goal in the same cycle may have been sent after the answer, and is not revoked.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
         self.requests.revoke(self.clock.stepped, self.clock.now, why);
@@ -291,7 +292,7 @@ impl Servo {
         &self.rejections
     }
 
-    /// Returns how many commands the final check has replaced by those of a stop, and the violation by the last one.
+    /// Returns how many commands the final check has replaced by a stop, and the violation by the last replaced command.
     pub fn replaced(&self) -> &Replaced {
         self.output.filters.replaced()
     }

@@ -5,8 +5,9 @@ use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Number of errors that are kept. The next number is the time between them.
+/// Number of errors that are kept.
 const KEPT: usize = 32;
+/// The time between two errors that are kept.
 const SPACING: Duration = Duration::from_millis(30);
 
 /// The recent errors of a motion to one goal.
@@ -52,7 +53,7 @@ impl ErrorTrend {
 mod tests {
     use super::*;
 
-    /// Yields, for every cycle from 1 s on, the error `of` that time and the predicted error, in mm along x.
+    /// Yields, for every cycle from 1 s on, the error `of(time)` and the predicted error, in mm along x.
     fn leads(of: impl Fn(f64) -> f64) -> impl Iterator<Item = (f64, f64)> {
         let mut trend = ErrorTrend::default();
         (0..1500).filter_map(move |cycle| {

@@ -12,18 +12,18 @@ use dq_kinematics::control::Controller;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// The least speed of an escape, as the norm over all joints [rad/s].
+/// The least speed of an escape, as the norm over all joints [rad/s, prismatic: m/s].
 pub(super) const SPEED: f64 = 0.3;
 
 /// The least curvature of the error at which there is an escape, as a fraction of the squared error. If two joints have to move to
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// Half the distance between the two configurations whose difference yields a curvature \[rad\].
+/// A curvature is computed from `Jᵀ e` at two configurations. This is half the distance between them \[rad, prismatic: m\].
 const STEP: f64 = 1e-5;
 
-/// Number of times that a matrix is squared in the search for its largest eigenvalue. Its 2²⁰th power separates eigenvalues that
-/// differ by 1e-5 of their size.
+/// Number of times that a matrix is squared in the search for its largest eigenvalue. The 2²⁰th power of the matrix separates
+/// eigenvalues that differ by 1e-5 of their size.
 const SQUARINGS: usize = 20;
 
 /// The result of the search for an escape.
@@ -42,7 +42,7 @@ pub(super) enum FoundEscape {
 pub(super) struct EscapeDirection(DVector<f64>);
 
 impl EscapeDirection {
-    /// Raises the component of `theta_dot` [rad/s] along the direction to the least speed of an escape.
+    /// Raises the component of `theta_dot` [rad/s, prismatic: m/s] along the direction to the least speed of an escape.
     pub fn lead(&self, theta_dot: &mut [f64]) {
         let missing = (SPEED - self.along(theta_dot)).max(0.0);
         theta_dot.iter_mut().zip(&self.0).for_each(|(speed, part)| *speed += missing * part);
@@ -53,7 +53,7 @@ impl EscapeDirection {
         self.0.iter().zip(values).map(|(part, value)| part * value).sum()
     }
 
-    /// Returns the first joint with a large component in the direction that is near its position limit on that side.
+    /// Returns the first joint that the escape moves noticeably toward a nearby position limit.
     fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
         let mut joints = self.0.iter().zip(theta).enumerate();
         joints.find_map(|(joint, (part, angle))| {
@@ -104,7 +104,7 @@ impl Escape {
         Freedom { error, part, fall: self.direction.along(&self.descent) / error }
     }
 
-    /// Finds an escape at the joint positions `theta` \[rad\].
+    /// Finds an escape at the joint positions `theta` \[rad, prismatic: m\].
     pub fn find(
         &mut self,
         controller: &Controller,

@@ -7,7 +7,7 @@ use std::time::Duration;
 /// The escape ends if the error rises along it by more than this fraction per rad. Then the law alone does better.
 const RISE: f64 = 1e-3;
 
-/// An escape that has moved the joints farther than this \[rad\] has failed.
+/// An escape that has moved the joints farther than this \[rad, prismatic: m\] has failed.
 const LONGEST: f64 = 3.0;
 
 /// The phase of a motion, and the error at which its last escape began.
@@ -26,7 +26,7 @@ pub(super) enum Phase {
         since: Duration,
     },
     Escaping {
-        /// The distance along the escape so far \[rad\].
+        /// The distance along the escape so far \[rad, prismatic: m\].
         travelled: f64,
     },
     /// The law is stuck, and there is no escape.
@@ -34,8 +34,8 @@ pub(super) enum Phase {
 }
 
 impl Phase {
-    /// Returns the next phase of an escape that has moved the joints by `travelled` \[rad\]. The escape ends if the law alone moves
-    /// the joints along it at `speed` [rad/s] or more.
+    /// Returns the next phase of an escape that has moved the joints by `travelled` \[rad, prismatic: m\]. The escape ends if the
+    /// law alone moves the joints along it at `speed` [rad/s, prismatic: m/s] or more.
     ///
     /// The escape also ends if the error rises, or if a number is NaN. `fall` is the relative rate at which the error falls
     /// [1/rad].
@@ -61,7 +61,7 @@ impl EscapePhase {
         matches!(self.phase, Phase::Escaping { .. })
     }
 
-    /// Adds the motion along the escape in this cycle \[rad\].
+    /// Adds the motion along the escape in this cycle \[rad, prismatic: m\].
     pub fn travel(&mut self, further: f64) {
         if let Phase::Escaping { travelled } = &mut self.phase {
             *travelled += further;

@@ -73,7 +73,7 @@ pub struct GoalReading<'a> {
     pub sent: Sent,
 }
 
-/// The motion of the current goal with its frame.
+/// A change of the pose of the current goal, because the goal's frame has moved or is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum GoalMotion<'a> {
     /// The frame has moved the goal to this pose.

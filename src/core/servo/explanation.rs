@@ -22,29 +22,34 @@ use std::time::Duration;
 /// The length of the sliding window \[s\].
 const WINDOW: f64 = 0.6;
 
-/// The least interval of the goals that are compared \[s\]. The next number is how many of them are needed at least.
+/// The least time between two goals that are compared \[s\].
 const GOAL_STEP: f64 = 0.019;
+/// The least number of goals for a comparison.
 const FEWEST: usize = 4;
+/// The largest number of goals that are kept.
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried. The next number is their step \[s\]. Their product is the longest delay after which a pose of the
-/// tool may return as a goal. With a longer delay the arm could hardly run away.
+/// Number of lags that are tried. `LAGS × LAG_STEP` is the longest delay after which a pose of the tool may return as a goal. With
+/// a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
+/// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
 
-/// Number of times that the step is halved to refine the best lag.
+/// Number of times that [`LAG_STEP`] is halved to refine the best lag.
 const HALVINGS: i32 = 4;
 
-/// The interval at which the tool's poses are kept \[s\]. The next number is how many poses the longest lag and the window need.
+/// The interval at which the tool's poses are kept \[s\].
 const TOOL_STEP: f64 = 0.0099;
+/// Number of the tool's poses that the longest lag and the window need.
 const MOST_POSES: usize = 214;
 
 /// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. Along a line this is 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal counts as moving independently if the tool leaves enough of the goal's motion unexplained. The unexplained motion must
-/// exceed this fraction of the motion's spread, and the next number times the goal's noise.
+/// A goal counts as moving independently if the part of its motion that the tool's motion does not explain exceeds this fraction
+/// of the motion's spread, and [`NOISE`] times the goal's noise.
 const BY_ITSELF: f64 = 0.05;
+/// See [`BY_ITSELF`]: the factor of the goal's noise.
 const NOISE: f64 = 3.0;
 
 /// The tool counts as tracking a goal if its error is below this fraction of the error that the law has without feed-forward.
@@ -125,7 +130,7 @@ impl Explanation {
         self.tool.push_back(place);
     }
 
-    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` tells whether the goal continues the previous one,
+    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` tells whether the goal continues the previous goal,
     /// without a jump. Returns whether the goal provides new evidence.
     pub fn compare(
         &mut self,
@@ -212,8 +217,8 @@ impl Explanation {
         })
     }
 
-    /// Returns the part of the goals' motion, from goal `first` on, that the tool's motion leaves unexplained at the best lag \[m,
-    /// rad\].
+    /// Considers the goals with number `first` or later. Returns the part of their motion that the tool's motion does not explain
+    /// at the best lag \[m, rad\].
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -234,8 +239,8 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// Returns the part of the goals' motion that the tool's motion, `lag` earlier, leaves unexplained, from goal `first` on [m,
-    /// rad]. The offset is constant along the axes of the base or of the tool.
+    /// Considers the goals with number `first` or later. Returns the part of their motion that the tool's motion `lag` \[s\]
+    /// earlier does not explain [m, rad]. The offset between tool and goal is constant along the axes of the base or of the tool.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
@@ -247,8 +252,9 @@ impl Explanation {
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
-    /// Compares a goal with the tool at the time `lag` earlier. Returns the goal's position relative to that tool along the base's
-    /// axes, the goal's rotation, and the inverse of the tool's rotation. Before its first measurement the tool counts as standing.
+    /// Compares a goal with the tool's pose of the time `lag` earlier. Returns the goal's position relative to the tool along the
+    /// base's axes, the goal's rotation, and the inverse of the tool's rotation. Before its first measurement the tool counts as
+    /// standing.
     fn seen_from_tool(
         &self,
         goal: &Place,

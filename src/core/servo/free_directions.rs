@@ -8,10 +8,10 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 /// An arm counts as following a twist if it can follow at least this fraction of the twist.
 const FOLLOWED: f64 = 0.5;
 
-/// An arm counts as able to move in a direction if its motion lacks at most this fraction of the direction.
+/// An arm counts as able to move along an axis if its possible motions lack at most this fraction of the axis.
 const MISSING: f64 = 1e-3;
 
-/// Directions of the joints whose singular value is below this do not move the tool [m/rad, prismatic: 1].
+/// The arm cannot move its tool along a left singular vector whose singular value is below this [m/rad, prismatic: 1].
 const SMALLEST: f64 = 0.02;
 
 /// The axes along which an arm can move its tool, and the axes about which it can turn the tool, each without the others.

@@ -105,7 +105,7 @@ impl Record {
         Self { peak_speeds: vec![0.0; joint_count], ..Self::default() }
     }
 
-    /// Returns whether the motion has ended.
+    /// Returns whether the motion has ended, by its last recorded outcome.
     pub fn is_over(&self) -> bool {
         self.outcome.is_some_and(|outcome| outcome.is_end())
     }
@@ -119,8 +119,8 @@ pub(super) struct Watch {
     /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// The progress of the law's own error by the larger fraction [`BRISK`](super::progress::BRISK), for an arm that need not wait
-    /// for a slow law.
+    /// Monitors the law's own error, which must shrink by the larger fraction [`BRISK`](super::progress::BRISK). Used for an arm
+    /// that need not wait for a slow law.
     pub pace: Progress,
     /// The size of the law's own error.
     pub law_error: f64,
@@ -156,7 +156,7 @@ impl Watch {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
-    /// Returns whether `goal`, the next one of a stream, is so near to the last goal that the monitoring continues.
+    /// Returns whether `goal`, the next goal of a stream, is so near to the last goal that the monitoring continues.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
             linear: tolerance.linear.max(LEAST_MOTION * self.error.position),
@@ -234,7 +234,7 @@ impl Pursuit {
         }
     }
 
-    /// Moves the goal to the pose `goal`, because the stream or the goal's frame has moved at `now`.
+    /// Moves the goal to the pose `goal`, because the stream or the goal's frame has moved it at `now`.
     pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);

@@ -30,13 +30,13 @@ impl Outcome {
     }
 }
 
-/// A motion to a goal. The servo records it when it begins, when the arm stalls, and when it ends. A stream of goals is one motion.
-/// The arm's behavior after its arrival belongs to no motion.
+/// A motion to a goal. The servo records a motion when it begins, when it stalls, and when it ends. A stream of goals is one
+/// motion. The arm's behavior after its arrival belongs to no motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     /// The number of the motion since the servo's start, from 1.
     pub number: u64,
-    /// The goal; for a stream, the last one.
+    /// The goal; for a stream, the last goal.
     pub goal: Goal,
     /// The stamp of the goal's message \[ns\].
     pub stamp: i64,

@@ -12,30 +12,30 @@ use std::time::Duration;
 /// The window in which reversals are counted. Two successive windows decide.
 const WINDOW: Duration = Duration::from_millis(900);
 
-/// Number of reversals of one joint per window from which they count as an oscillation on their own: 4.4 Hz. A sound motion has
-/// fewer.
+/// If one joint reverses this many times per window, its reversals count as an oscillation on their own. This is 4.4 Hz. A joint in
+/// a sound motion reverses less often.
 const MANY: u32 = 8;
 
-/// Number of reversals of the law's error per window from which they count as an oscillation, if some joint reverses with the
-/// error. A sound motion has fewer.
+/// If the law's error reverses this many times per window, and some joint reverses with the error, the reversals count as an
+/// oscillation. The error of a sound motion reverses less often.
 const ERROR_REVERSALS: u32 = 3;
 
-/// Number of reversals per window from which a joint counts as reversing with the error.
+/// A joint that reverses this many times per window counts as reversing with the error.
 const FEW: u32 = 2;
 
-/// The least change of a joint's speed between two reversals [rad/s]. `SWING` counts only if the error does not shrink,
-/// `LARGE_SWING` always.
+/// The least change of a joint's speed between two reversals [rad/s, prismatic: m/s]. `SWING` counts only if the error does not
+/// shrink, `LARGE_SWING` always.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 
 /// The least change of the error's logarithm between two reversals: a twentieth of the error.
 const ERROR_SWING: f64 = 0.05;
 
-/// A change of the error counts only if it exceeds, by this factor, the change that the goal typically causes. The reason is that
-/// the arm follows the goal with a delay.
+/// A change of the error counts only if it exceeds this factor times the change that a moving goal typically causes. The factor
+/// allows for the delay with which the arm follows the goal.
 const CHANGES: f64 = 2.0;
 
-/// The weight of one change in the typical change.
+/// The weight of the newest value in the average of the changes that a moving goal causes.
 const MEMORY: f64 = 0.2;
 
 /// Number of reversals of a joint that one change of the goal may cause.
@@ -112,8 +112,8 @@ impl Oscillation {
         self.changes += 1;
     }
 
-    /// Adds the `command` [rad/s] at `now`; `error` is the size of the law's own error. Returns whether the arm has oscillated in
-    /// two successive windows.
+    /// Adds the `command` [rad/s, prismatic: m/s] at `now`; `error` is the size of the law's own error. Returns whether the arm has
+    /// oscillated in two successive windows.
     pub fn update(&mut self, now: Duration, command: &[f64], error: f64) -> bool {
         self.joints.resize(command.len(), Default::default());
         for ([small, large], speed) in self.joints.iter_mut().zip(command) {
@@ -162,8 +162,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// Returns the time at which the monitor detects an oscillation with this frequency \[Hz\] and amplitude [rad/s] \[s\]. The
-    /// error oscillates by the fraction `part` of its size and shrinks at `rate` [1/s].
+    /// Returns the time \[s\] at which the monitor detects an oscillation with this frequency \[Hz\] and amplitude [rad/s,
+    /// prismatic: m/s]. The error oscillates by the fraction `part` of its size and shrinks at `rate` [1/s].
     fn seen(frequency: f64, amplitude: f64, part: f64, rate: f64) -> Option<f64> {
         let mut oscillation = Oscillation::default();
         (0..5000).find_map(|cycle| {

@@ -34,9 +34,9 @@ impl Progress {
     /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long it was driven since the last
     /// progress.
     ///
-    /// An error outside its tolerance makes progress when it reaches a new minimum. The new minimum must be below the last one by
-    /// the fraction `share` or by a whole tolerance. The law's own error counts, too: a law may trade position for rotation, and
-    /// the path to a goal that differs only in rotation may begin with meters.
+    /// An error outside its tolerance makes progress when it reaches a new minimum that is below the last minimum by the fraction
+    /// `share` or by a whole tolerance. The law's own error counts, too: a law may trade position for rotation, and the path to a
+    /// goal that differs only in rotation may begin with meters.
     pub fn update(
         &mut self,
         driven: Duration,

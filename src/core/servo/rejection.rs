@@ -23,7 +23,7 @@ pub enum Rejection {
     UnknownFrame {
         /// The frame of the goal or twist.
         got: String,
-        /// The frames that the servo knows.
+        /// The names of the frames that the servo accepts.
         expected: Vec<String>,
     },
     /// TF does not have the frame of the goal.
@@ -124,7 +124,7 @@ pub struct RejectionCounts {
 }
 
 impl RejectionCounts {
-    /// Counts one rejection. The cycle calls this for up to a thousand messages, so it does not write the text.
+    /// Counts one rejection. A cycle may call this function a thousand times, so the function does not write the text.
     pub fn count(&mut self, rejection: &Rejection) {
         let label = rejection.label();
         match self.counts.iter_mut().find(|(reason, _)| *reason == label) {

@@ -26,7 +26,7 @@ const LONGEST_STEP: f64 = 0.5;
 /// both.
 const DAMPING: f64 = 0.3;
 
-/// The largest λ and σ₀. The second number is added to both.
+/// The first number is the largest λ and the largest σ₀. The second number is added to both.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
 /// The search counts the goal as reached within this fraction of the goal tolerance, so that the law settles at these positions.
@@ -56,7 +56,7 @@ pub struct Search {
     starts: u32,
     /// The positions found so far that the arm reaches in the shortest time.
     nearest: Vec<f64>,
-    /// The travel time to these positions \[s\].
+    /// The travel time to `nearest` \[s\].
     shortest: f64,
 }
 

@@ -4,12 +4,12 @@ use super::PositionLimits;
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// The position setpoints of all joints \[rad\]. There are no setpoints until the arm is driven, nor after something else has moved
-/// the arm.
+/// The position setpoints of all joints \[rad, prismatic: m\]. There are no setpoints until the arm is driven, nor after something
+/// else has moved the arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
-    /// The speed of the setpoints in the last cycle [rad/s].
+    /// The speed of the setpoints in the last cycle [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
     kinds: Vec<JointKind>,
     phase: Phase,
@@ -36,12 +36,12 @@ impl Setpoint {
         Self { positions: zeros.clone(), speeds: zeros, kinds, phase: Phase::Released }
     }
 
-    /// Returns the positions to send \[rad\], if there are any.
+    /// Returns the positions to send \[rad, prismatic: m\], if there are any.
     pub fn get(&self) -> Option<&[f64]> {
         (self.phase != Phase::Released).then_some(self.positions.as_slice())
     }
 
-    /// Returns the speeds of the setpoints [rad/s]. After missed cycles they are lower than the command.
+    /// Returns the speeds of the setpoints [rad/s, prismatic: m/s]. After missed cycles they are lower than the command.
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }
@@ -59,7 +59,7 @@ impl Setpoint {
         }
     }
 
-    /// Continues to drive the arm. If there are no setpoints yet, they begin at the `measured` positions \[rad\].
+    /// Continues to drive the arm. If there are no setpoints yet, they begin at the `measured` positions \[rad, prismatic: m\].
     pub fn lead(&mut self, measured: &[f64]) {
         if self.phase == Phase::Released {
             self.positions.copy_from_slice(measured);
@@ -67,7 +67,8 @@ impl Setpoint {
         self.phase = Phase::Leading;
     }
 
-    /// Sets the setpoints of a standing arm that does not follow to the `measured` positions \[rad\]. They are sent once.
+    /// Sets the setpoints of a standing arm that does not follow to the `measured` positions \[rad, prismatic: m\]. They are sent
+    /// once.
     pub fn go_back(&mut self, measured: &[f64]) {
         match self.phase {
             Phase::GivingWay => {
@@ -79,9 +80,9 @@ impl Setpoint {
         }
     }
 
-    /// Advances the setpoints, if there are any, by the `command` [rad/s] during one `period` \[s\]. `cycles` periods have passed
-    /// since the last cycle. The setpoints still advance by one period only, so that no step exceeds the speed limits. The
-    /// setpoints never pass a position limit.
+    /// Advances the setpoints, if there are any, by the `command` [rad/s, prismatic: m/s] during one `period` \[s\]. `cycles`
+    /// periods have passed since the last cycle. The setpoints still advance by one period only, so that no step exceeds the speed
+    /// limits. The setpoints never pass a position limit.
     pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {
         if self.phase == Phase::Released {
             return;

@@ -91,7 +91,7 @@ pub struct Settings {
     pub limits: Limits,
     /// The obstacles that the arm must keep clear of, and its body; `None` if there is nothing to keep clear of.
     pub scene: Option<Arc<Scene>>,
-    /// The posture to which joints move that the tool leaves free.
+    /// The posture to which the joints move as far as the tool leaves them free.
     pub posture: Posture,
     /// The goal tolerance.
     #[parameter(group)]

@@ -12,7 +12,7 @@ pub enum Stall {
     BeyondReach(Reach),
     /// No small motion of the joints moves the arm nearer to the goal.
     Unreachable,
-    /// The goal lies along a direction that the joints have lost. There was no escape, or it failed.
+    /// The goal lies along a direction that the joints have lost. There was no escape, or the escape failed.
     Singular {
         /// The smallest singular value of the Jacobian.
         sigma: f64,
@@ -26,7 +26,7 @@ pub enum Stall {
     Constrained(ClosePair),
     /// The commands oscillate.
     Oscillating,
-    /// A pull at the joints balances the law, so that the arm stands next to its goal.
+    /// A pull at the joints cancels the law's velocity, so that the arm stands next to its goal.
     Sagging {
         /// The number of the joint with the largest pull.
         joint: usize,

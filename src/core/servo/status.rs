@@ -39,7 +39,7 @@ pub struct Status {
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
     pub sign: f64,
-    /// The joint that its position limit stops, counted from 1, arm after arm.
+    /// The joint stopped by its position limit; its number is counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
     /// The pair that keeps the arm from its desired motion: a part of the body, and an obstacle or another part of the body.
     pub held_by: Option<ClosePair>,

@@ -9,8 +9,9 @@ use std::time::Duration;
 /// The length of the time window whose poses yield the twist \[s\].
 const WINDOW: f64 = 0.12;
 
-/// The least number of poses for an estimate. The next number is the largest. Neither depends on the time that the poses span.
+/// The least number of poses for an estimate, whatever time they span.
 const FEWEST: usize = 3;
+/// The largest number of poses for an estimate, whatever time they span.
 const MOST: usize = 64;
 
 /// The least number of poses, and the least time that they span \[s\], for a goal to count as moving.
@@ -58,7 +59,7 @@ struct Fit {
     /// Three screw logs as coefficients of powers of the time \[s\]: the fitted pose relative to `pose`, the twist, and the rate of
     /// change of the twist.
     coefficients: [Vector6<f64>; 3],
-    /// The inverse of the normal matrix. Its rows are for powers of the time divided by `span` \[s\].
+    /// The inverse of the normal matrix of the least-squares fit. Its rows belong to powers of the time divided by `span` \[s\].
     covariance: Matrix3<f64>,
     span: f64,
 }
@@ -111,8 +112,8 @@ impl GoalStream {
         (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
     }
 
-    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last one counts.
-    /// Returns true if the pose continues the earlier ones, false after a jump or a pause.
+    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last counts.
+    /// Returns true if the pose continues the earlier poses, false after a jump or a pause.
     pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) -> bool {
         let received = nanoseconds(now);
         if self.samples.back().is_some_and(|last| last.received >= received) {
@@ -252,7 +253,7 @@ impl GoalStream {
         moves.then_some(fit)
     }
 
-    /// Returns the largest age that a pose reached before the next one arrived \[s\].
+    /// Returns the largest age that a pose had when the next pose arrived \[s\].
     fn longest_age(&self) -> f64 {
         let ages = self.samples.iter().zip(self.samples.iter().skip(1));
         ages.map(|(one, next)| seconds(next.received.saturating_sub(one.time)))
@@ -274,7 +275,7 @@ impl Fit {
         basis.dot(&(self.covariance * basis))
     }
 
-    /// Returns the goal `s` \[s\] after its newest pose.
+    /// Returns the goal at the time `s` \[s\] after its newest pose.
     fn after(&self, s: f64) -> MovingGoal {
         let [place, twist, change] = &self.coefficients;
         let log = place + s * twist + 0.5 * s * s * change;

@@ -6,7 +6,7 @@ use dq_kinematics::arm::bounds;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// A desired motion of the tool that the servo has checked.
+/// A twist that the servo has checked: a desired motion of the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
     /// Velocity of the tool point [m/s].

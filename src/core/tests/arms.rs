@@ -1,4 +1,4 @@
-//! Each built-in arm moves to a goal and back. The arms that have a robot description agree with it.
+//! Each built-in arm moves to a goal and back. An arm for which there is also a robot description agrees with that description.
 
 use crate::rig::Rig;
 use dq_config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
@@ -75,7 +75,7 @@ fn rule_18_no_sound_motion_is_taken_for_an_oscillation() {
     }
 }
 
-/// The torso lift of the TIAGo is a prismatic joint among revolute ones.
+/// The TIAGo's arm has a prismatic joint, the torso lift, and revolute joints.
 #[test]
 fn a_described_arm_with_a_prismatic_joint_moves_there_and_back_within_its_limits() {
     let text = |value: &str| dq_params::Value::String(value.to_owned());

@@ -22,8 +22,8 @@ fn three_joints() -> Chain {
     Chain::new(Convention::StandardDh, &rows()[..3]).unwrap()
 }
 
-/// Returns the arm of [`three_joints`] with a wrist that pitches and one that rolls. Its tool can point only within the vertical
-/// plane of its links.
+/// Returns the arm of [`three_joints`] with a wrist joint that pitches and a wrist joint that rolls. Its tool can point only
+/// within the vertical plane of its links.
 fn five_joints() -> Chain {
     Chain::new(Convention::StandardDh, &rows()).unwrap()
 }
@@ -46,7 +46,7 @@ fn urdf(joints: &[(&str, &str)]) -> String {
     )
 }
 
-/// An arm of three parallel axes and a prismatic joint. Its tool's z axis is upright.
+/// An arm with three parallel revolute joints and a prismatic joint. The z axis of its tool is vertical.
 const SCARA: &str = include_str!("../../../tests/data/urdf/scara.urdf");
 
 /// Returns an arm of a waist, a shoulder, an elbow, and a wrist that pitches and yaws. Its tool can point anywhere but cannot roll.
@@ -73,7 +73,8 @@ fn described(description: &str, start: Vec<f64>) -> Arm {
     (Rig::of(parameters, start), chain)
 }
 
-/// Moves the joints by `by` and back, to goals of the task `aim`. The goals are rotated by angles that the task leaves free.
+/// Moves the joints by the displacements `by`, one per joint, and back, to goals of the task `aim`. The goals are rotated by angles
+/// that the task leaves free.
 fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
     rig.change(|settings| (settings.controller.aim, settings.controller.law) = (aim, law));
     let start = rig.positions();
@@ -141,7 +142,7 @@ fn six_joints_go_to_positions_and_axes_too() {
     }
 }
 
-/// A tool axis that leaves the plane of the arm's links is beyond the arm. The arm stalls if the task includes this axis, and
+/// A tool axis that leaves the plane of the arm's links is beyond the arm. The arm stalls if the task includes this axis. It
 /// arrives if the task is the position alone.
 #[test]
 fn what_the_arm_cannot_do_is_asked_for_or_not() {

@@ -10,7 +10,8 @@ use std::collections::HashMap;
 use std::ops::Not;
 use std::time::Duration;
 
-/// The answer that the page on safety gives to a question. The smaller of two answers is their "and", the greater one their "or".
+/// The answer that the page on safety gives to a question. The smaller of two answers is their "and", and the greater of the two
+/// is their "or".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Truth {
     No,
@@ -21,7 +22,7 @@ pub enum Truth {
 use Truth::{Maybe, No, Yes};
 
 impl Truth {
-    /// Returns yes if both are true, no if both are false, and maybe otherwise.
+    /// Returns `Yes` if both arguments are true, `No` if both are false, and `Maybe` otherwise.
     pub fn between(one: bool, other: bool) -> Self {
         [No, Maybe, Yes][usize::from(one) + usize::from(other)]
     }
@@ -68,7 +69,7 @@ fn age(now: Duration, then: Duration) -> Duration {
     now.saturating_sub(then)
 }
 
-/// The time that is added to the arrival of a message. A message that arrives between two cycles is later than the first cycle.
+/// The time added to the arrival of a message, because a message that arrives between two cycles is later than the first of them.
 const AFTER_THE_CYCLE: Duration = Duration::from_nanos(1);
 
 /// The kind of request that a publisher sends.
@@ -84,8 +85,9 @@ struct Stream {
     pushed: Span,
     /// When the first message arrived.
     first: Duration,
-    /// When the last message was sent, and when it arrived.
+    /// When the last message was sent.
     sent: Duration,
+    /// When the last message arrived.
     came: Duration,
     /// Whether any message requests a motion. Invalid messages, and goals that still wait for their frames, request none.
     is_usable: bool,
@@ -106,7 +108,7 @@ struct Seen {
     came: Option<Duration>,
     measured: Duration,
     positions: Vec<f64>,
-    /// The publishers, each with the times at which it appeared and at which it was last heard.
+    /// The publishers of the arm's joint states: for each, its number, when it appeared, and when it was last heard.
     sources: Vec<(u32, Duration, Duration)>,
 }
 
@@ -123,15 +125,15 @@ pub struct Opinion {
     settings: Settings,
     period: Duration,
     streams: HashMap<(Kind, u32), Stream>,
-    /// Requests that were pushed before `revoked` are revoked. Goals that were pushed before `jogged`, the time of the last obeyed
-    /// twist, are revoked, too.
+    /// Requests that were pushed before this time are revoked.
     revoked: Span,
+    /// When a twist was last obeyed. Goals that were pushed before this time are revoked.
     jogged: Span,
     goal: Option<Wanted>,
-    /// When the goal's frame was lost, and whether that is certain.
+    /// When the goal's frame was lost, and whether the loss is certain.
     lost: Option<(Duration, Truth)>,
     paused: Truth,
-    /// When a twist of zero last arrived, or a twist that may have moved the arm, whichever is later.
+    /// When the last twist arrived that was zero or that may have moved the arm.
     released: Duration,
     arms: Vec<Seen>,
     rival_of_commands: bool,
@@ -208,8 +210,8 @@ impl Opinion {
         now <= self.doubtful
     }
 
-    /// Takes a message of the publisher `by`, sent at `sent` and received at `came`. Returns when the publisher's request was
-    /// pushed.
+    /// Takes a message of the publisher `by`, sent at `sent` and received at `came`. Returns the time at which the publisher's
+    /// request was pushed.
     fn hear(&mut self, by: (Kind, u32), sent: Duration, came: Duration, is_usable: bool) -> Span {
         let fresh = Stream { pushed: Span::at(sent), first: came, sent, came, is_usable };
         let stream = self.streams.get(&by).map_or(fresh, |before| {
@@ -314,7 +316,7 @@ impl Opinion {
         self.released = now;
     }
 
-    /// Takes a request of `~/pause` that was sent `ago` before `now`. `paused` tells whether to pause or to resume.
+    /// Takes a request of `~/pause`, received at `now` and sent `ago` earlier. `paused` tells whether to pause or to resume.
     pub fn pause(&mut self, paused: bool, ago: Duration, now: Duration) {
         let now = now + AFTER_THE_CYCLE;
         if paused {
@@ -323,7 +325,7 @@ impl Opinion {
         }
         self.refuses = None;
         let sent = Span::at(now - ago);
-        // The page describes a goal in force that is revoked. Without a goal, or with another one, it says nothing.
+        // The page describes the case that the goal in force is revoked. It says nothing about other cases.
         let is_revoked = self.goal.as_ref().map_or(Maybe, |goal| !goal.pushed.is_after(self.revoked));
         let overtaken = (!sent.is_after(self.revoked)).min(is_revoked.max(Maybe));
         let streams = self.streams_on(now).min(is_revoked);
@@ -415,7 +417,8 @@ impl Opinion {
         was_away != No
     }
 
-    /// Revokes what was pushed before a jump: a joint moved farther since the joint state `before` than its velocity limit allows.
+    /// Revokes the requests that were pushed before a jump. A jump is a motion since the joint state `before` that is longer than
+    /// the joint's velocity limit allows.
     fn watch_for_jumps(
         &mut self,
         arm: usize,
@@ -444,14 +447,14 @@ impl Opinion {
         }
     }
 
-    /// Notes that the servo receives joint states of the arm `arm` that this model does not see.
+    /// Notes that the servo receives joint states of arm `arm` from outside the rig. This model does not see those joint states.
     pub fn hears_elsewhere(&mut self, arm: usize, now: Duration) {
         self.arms[arm].came = Some(now);
         self.doubt(now);
     }
 
-    /// Notes whether the robot obeys. If the robot does not move as commanded, `altered` says whether it stands. `must` says
-    /// whether the arm had to move until now.
+    /// Notes whether the robot obeys. If the robot does not move as commanded, `altered` says whether the robot stands instead.
+    /// `must` says whether the arm had to move until now.
     pub fn robot(&mut self, altered: Option<bool>, must: bool, now: Duration) {
         if altered.is_some() {
             self.doubt(now);
@@ -493,7 +496,7 @@ impl Opinion {
         self.rival_of_commands || self.arms.iter().any(two)
     }
 
-    /// Returns whether a twist moves the arm.
+    /// Returns whether a twist, and not a goal, determines the arm's motion.
     fn stick_rules(&self, now: Duration) -> Truth {
         let sticks = self.streams.iter().filter(|((kind, _), _)| *kind == Kind::Twists);
         let rules = sticks.map(|(_, stick)| {
@@ -512,7 +515,7 @@ impl Opinion {
         is_stale.max(self.paused).max(self.two_publishers(now).into()).max(is_doubtful)
     }
 
-    /// Returns whether the arm must move, as the servo has to conclude in the cycle at `now`. The arm moves to the
+    /// Judges the cycle at `now`: returns whether the servo must move the arm in this cycle. The arm moves to the
     /// [`goal`](Self::goal_pose) unless a twist moves it.
     pub fn cycle(&mut self, now: Duration) -> Truth {
         let late_by = age(now, self.cycled + self.period);

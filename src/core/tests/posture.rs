@@ -7,8 +7,8 @@ use dq_core::servo::{Posture, State};
 
 const ARM: &str = "panda";
 
-/// Returns how far the arm has drifted when it is back at the first of three poses after seven more rounds: the change of the joint
-/// that moved most \[rad\].
+/// Moves the arm eight times through three poses. Returns the largest change of a joint between the first and the last time at the
+/// first pose \[rad\].
 fn drift(gain: f64) -> f64 {
     let (mut parameters, start) = (servo(ARM), start(ARM));
     parameters.settings.posture.gain = gain;
@@ -47,7 +47,7 @@ fn the_posture_of_the_start_comes_back_by_itself() {
 /// later, and how far the tool strays in these ten seconds \[m\].
 fn moved(gain: f64) -> (f64, f64, f64) {
     let (mut parameters, start) = (servo(ARM), start(ARM));
-    // The goal allows many postures; this is one.
+    // The goal allows many postures; this is one of them.
     let turns = [0.5, -0.2, -0.5, 0.2, 0.3, 0.2, -0.3];
     let posture: Vec<_> = start.iter().zip(turns).map(|(angle, turn)| angle + turn).collect();
     parameters.settings.posture = Posture { positions: posture.clone(), gain };

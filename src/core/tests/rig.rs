@@ -49,8 +49,9 @@ pub struct Rig {
     pub following: bool,
     /// Whether the arms' positions are checked against their limits. If cycles are late, no rule ensures these limits.
     pub check_positions: bool,
-    /// The delay of commands on the way to the robot. The next field is the delay of joint states on the way to the servo.
+    /// The delay of commands on the way to the robot.
     pub command_delay: Duration,
+    /// The delay of joint states on the way to the servo.
     pub state_delay: Duration,
     /// Whether joint states have stamps, by a clock that agrees with the servo's.
     pub stamped: bool,
@@ -62,7 +63,7 @@ pub struct Rig {
     pub with_velocities: bool,
     /// A joint that does not move.
     pub stuck_joint: Option<usize>,
-    /// Changes each velocity command on its way to the robot.
+    /// A fault of the wires: a function that changes each velocity command on its way to the robot.
     pub wires: fn(&mut [f64]),
     /// Whether commands are checked against the invariants.
     pub check_commands: bool,
@@ -73,13 +74,14 @@ pub struct Rig {
     pub check_tools: bool,
     /// The publisher of the joint states.
     pub source: u32,
-    /// The search for other configurations, and in the next field how long an answer takes. `None`: nobody answers.
+    /// The search for other configurations. `None`: nobody answers.
     pub search: Option<Search>,
+    /// How long the search takes to answer.
     pub search_time: Duration,
     answer: Option<Duration>,
     /// Number of memory allocations in the servo's cycles.
     pub allocations: u64,
-    /// The speed by which each joint is slowed down, if it takes velocities [rad/s].
+    /// The speed by which a pull slows each joint down, under commands of velocities [rad/s].
     pub pull: Vec<f64>,
     /// A second publisher of the joint states.
     pub second_source: Option<u32>,
@@ -91,13 +93,15 @@ pub struct Rig {
     awaited: Option<Duration>,
     /// Whether the robot stands; `None` while the robot obeys its commands.
     altered: Option<bool>,
-    /// The robot's last command, and in the next field since when each joint has not moved in spite of its command.
+    /// The robot's last command.
     asked: Vec<f64>,
+    /// Since when each joint has not moved in spite of its command.
     refused: Vec<Option<Duration>>,
-    /// The velocities and positions of the last joint states [rad/s, rad]. A further field is the time at which the robot last came
-    /// back.
+    /// The velocities in the last joint states [rad/s].
     shown: Vec<f64>,
+    /// The positions in the last joint states \[rad\].
     seen: Vec<f64>,
+    /// When the robot last came back.
     came: Duration,
     /// The last output that was not `None`.
     last_sent: Vec<f64>,
@@ -106,7 +110,7 @@ pub struct Rig {
     initial: Settings,
     /// The publisher of the next single goal. Each `ros2 topic pub --once` is a publisher of its own.
     next_publisher: u32,
-    /// Number of cycles after which another servo takes over with the saved state of this one; 0: never.
+    /// Number of cycles after which another servo takes over with the saved state of the present servo; 0: never.
     pub restored_each: u32,
     /// The output of each cycle, if the test wants it.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
@@ -120,8 +124,9 @@ pub struct Rig {
     outputs: Outputs,
     /// The largest deceleration of each joint so far [rad/s²].
     steepest: Vec<f64>,
-    /// Measures the gaps between the arms and their obstacles. The next field is the smallest gap so far \[m\].
+    /// Measures the gaps between the arms and their obstacles.
     gaps: Option<Gaps>,
+    /// The smallest gap so far \[m\].
     pub least_gap: f64,
     /// The arms at their real positions. The rig uses them to check the speeds of the tools.
     truth: Arms,
@@ -146,7 +151,7 @@ impl Rig {
         Self::start_at(parameters, starts(&["theta_initial"]), Duration::from_secs(1) / rate)
     }
 
-    /// Returns a rig with another arm, with the built-in settings for each joint.
+    /// Returns a rig with the arm `chain` instead of the paper's arm. Each joint has the built-in settings.
     pub fn of_arm(chain: Chain, start: Vec<f64>) -> Self {
         Self::of_arm_with(chain, start, |_| {})
     }
@@ -399,7 +404,7 @@ impl Rig {
         self.servo.move_goal(motion, self.now)
     }
 
-    /// Gives the servo a joint state in addition to those of the rig's arms.
+    /// Gives the servo a joint state in addition to the joint states of the rig's arms.
     pub fn take_state(&mut self, arm: usize, state: &JointReading) -> Result<bool, Rejection> {
         self.opinion.hears_elsewhere(arm, self.now);
         self.servo.take_joint_state(arm, state, self.now)
@@ -450,8 +455,8 @@ impl Rig {
         self.pull.fill(0.0);
     }
 
-    /// Skips `missed` cycles of the servo. If `heard`, the next cycle runs after it has received the joint states that are due;
-    /// otherwise it runs before.
+    /// Skips `missed` cycles of the servo. If `heard`, the servo receives the joint states that are due before its next cycle;
+    /// otherwise it receives them after that cycle.
     pub fn gap(&mut self, missed: u32, heard: bool) {
         self.deaf = !heard;
         self.cycle_late(missed);
@@ -538,7 +543,7 @@ impl Rig {
         self.step_plants();
     }
 
-    /// Replaces the servo by another servo with the saved state of the first one.
+    /// Replaces the servo by another servo with the saved state of the replaced servo.
     fn restore(&mut self) {
         let saved = postcard::to_stdvec(&self.servo.saved()).unwrap();
         let settings = self.servo.settings().clone();
@@ -590,7 +595,7 @@ impl Rig {
             let asked = command.clone();
             (self.wires)(&mut command);
             for (joint, command) in command.iter_mut().enumerate() {
-                // A joint that does not obey stands, also against a pull.
+                // A joint that does not obey stands, even if something pulls at it.
                 if !self.following || self.stuck_joint == Some(joint) {
                     *command = stays[joint];
                 } else if !interface.takes_positions() {
@@ -660,9 +665,8 @@ impl Rig {
     }
 }
 
-/// Returns the limits to check. `is_held` tells whether the integral holds joints against a pull, or may have held them. Such
-/// joints may decelerate with the largest deceleration that was ever in force. `steepest` stores the largest deceleration so far
-/// [rad/s²].
+/// Returns the limits to check. `is_held` tells whether joints may have or have had a hold against a pull. Such joints may
+/// decelerate with the largest deceleration that was ever in force. `steepest` stores the largest deceleration so far [rad/s²].
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {

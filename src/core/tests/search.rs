@@ -14,7 +14,7 @@ use std::time::Duration;
 const TASKS: usize = 60;
 
 /// Searches for joint positions at which the tool has its pose at the positions `there`. The search begins at the positions `here`
-/// and uses `starts` starts. Checks that the result has that pose and keeps the limits.
+/// and uses `starts` starts. Checks that the tool has this pose at the result, and that the result is within the limits.
 fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) -> Option<Vec<f64>> {
     let ServoParameters { arms, settings, .. } = parameters;
     let mut arms = arms.clone();
@@ -88,7 +88,7 @@ fn a_turn_that_leads_to_the_same_place_is_not_gone() {
     let expected = [-3.0 + std::f64::consts::TAU, -1.2, 1.4, -0.9, -1.3, -1.0 + std::f64::consts::TAU];
     let off = distance(&found, &expected);
     assert!(off < 1e-2, "{found:?}");
-    // If a limit excludes the nearest configuration, the search finds another one.
+    // If a limit excludes the nearest configuration, the search finds another configuration.
     parameters.settings.limits.position.upper[0] = 3.1;
     let found = look(&parameters, &here, &there, STARTS).unwrap();
     assert!(found[0] <= 3.1, "{found:?}");

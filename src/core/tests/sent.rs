@@ -31,13 +31,13 @@ impl Sent {
         &mut self.invariants
     }
 
-    /// Returns how long a robot of these tests continues to move after its last command.
+    /// Returns the command timeout of the robots in these tests: how long they continue to move after the last command.
     pub fn timeout(&self) -> Duration {
         Duration::from_millis(100)
     }
 
-    /// Returns whether the robot has stood by its own timeout since its last command. Commands reach the robot with the delay
-    /// `late`.
+    /// Returns whether the robot has stopped because of its command timeout since the last command. Commands reach the robot with
+    /// the delay `late`.
     pub fn is_after_gap(&self, now: Duration, late: Duration) -> Truth {
         let gap = self.last.map_or(Duration::MAX, |last| now.saturating_sub(last));
         Truth::between(gap > self.timeout() + self.period + late, gap > self.timeout())

@@ -54,9 +54,11 @@ pub struct Sim {
     pub v: Vec<f64>,
     pub time: f64,
     pub period: f64,
-    /// The robot's time constant \[s\]. The next fields are the delays of commands and of joint states.
+    /// The robot's time constant \[s\].
     pub lag: f64,
+    /// The delay of commands \[s\].
     pub command_delay: f64,
+    /// The delay of joint states \[s\].
     pub state_delay: f64,
     pub state_interval: f64,
     pub with_velocities: bool,
@@ -64,9 +66,9 @@ pub struct Sim {
     pub obeys: bool,
     pub connected: bool,
     pub wires: Change,
-    /// The speed by which each joint is slowed down while the robot obeys [rad/s]. The next field is the speed at which each joint
-    /// is pushed while the robot does not obey.
+    /// The speed by which each joint is slowed down while the robot obeys [rad/s].
     pub pull: Vec<f64>,
+    /// The speed at which each joint is pushed while the robot does not obey [rad/s].
     pub push: Vec<f64>,
     /// Changes the positions that the encoders report.
     pub encoder: Change,
@@ -228,7 +230,7 @@ impl Sim {
     /// arrived; otherwise they are lost.
     pub fn advance(&mut self, dt: f64, fed: bool) {
         let end = self.time + dt;
-        // The robot publishes states while the servo is away, too.
+        // The robot publishes joint states even while the servo misses cycles.
         while self.time < end - 1e-9 {
             let step = self.period.min(end - self.time);
             self.plant(step);

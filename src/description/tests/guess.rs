@@ -65,7 +65,7 @@ fn the_tool_frame_is_where_a_tool_is_mounted() {
         (&[ARM, "f F flange F adapter F sensor"], "flange"),
         (&[ARM, "f F arm_flange F adapter F hand_flange"], "arm_flange"),
         (&[ARM, "f F adapter F grasp_tcp"], "adapter"),
-        // Most of the arm comes after this flange.
+        // Most of the arm comes after this flange, so the flange is not the tool frame.
         (&["base_link R flange R b R c R d R e R f"], "f"),
         // A jaw: alone, beside a frame, or after a mount.
         (&[ARM, "f J jaw"], "f"),
@@ -73,7 +73,7 @@ fn the_tool_frame_is_where_a_tool_is_mounted() {
         (&[ARM, "f F mount J jaw"], "mount"),
         // With few joints, a one-sided joint is the vertical axis of a gantry or a SCARA.
         (&["base_link P a P b P c"], "c"),
-        // A hand: its fingers have one joint each, one driven and one that mimics; or they are longer and equal.
+        // A hand whose two fingers have one joint each, one of which mimics the other; and a hand with longer, equal fingers.
         (&[ARM, "f F hand P left", "hand M:left right"], "hand"),
         (&[ARM, "f F hand R i1 R i2 R i3", "hand R m1 R m2 R m3", "hand R t1"], "hand"),
         // The rods of a linkage are not a gripper.

@@ -54,7 +54,7 @@ impl Numbers {
     }
 }
 
-/// Compares poses and Jacobians at 1000 random configurations with those of Pinocchio.
+/// Compares poses and Jacobians at 1000 random configurations with Pinocchio's results.
 fn check_against_pinocchio(document: &str, base: &str, tool: &str, kinds: &[JointKind]) {
     const COUNT: usize = 1000;
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pin.py");
@@ -116,7 +116,7 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
     check_against_pinocchio(document.to_str().unwrap(), "base_link", "tool0", &[Revolute; 6]);
 }
 
-/// An arm of a revolute joint about x, a prismatic one along a slanted axis, a continuous one about −z, and a tool.
+/// An arm of a revolute joint about x, a prismatic joint along a slanted axis, a continuous joint about −z, and a tool.
 const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");
 
 fn gantry() -> Chain {

@@ -88,14 +88,15 @@ fn limits_of_mimic_joints_bind_their_drivers() {
     assert_eq!(limits(&palletizer, "arm"), (Motion::Revolute, [-0.65, 1.4, 2.0]));
     assert_eq!(limits(&palletizer, "lever"), (Motion::Revolute, [-0.2, 2.0, 2.0]));
     assert_eq!(limits(&desktop, "lower"), (Motion::Revolute, [-0.2, 1.2, 1.5]));
-    // The limit is half of the second stage's, plus 0.02 m. The speed is that of the second stage, which is as fast as the first.
+    // The limit is half of the second stage's limit, plus 0.02 m. The speed is the second stage's speed, because both stages are
+    // equally fast.
     assert_eq!(limits(&read("telescope", "pitch"), "stage_1"), (Motion::Prismatic, [0.0, 0.4, 0.2]));
     // Two bars turn twice as far and twice as fast.
     assert_eq!(limits(&read("scissor", "plate"), "bar_4"), (Motion::Revolute, [-1.2, 0.1, 1.0]));
     let screw = read("screw", "bend_3");
     assert_eq!(limits(&screw, "nut"), (Motion::Prismatic, [-0.465, 0.5, 0.25]));
-    // A continuous joint gets the limits of the joints that it drives, with ratios of 0.5, 0.25 and 0.1. Its own speed was not
-    // limited.
+    // A continuous joint gets the limits of the joints that it drives, with ratios of 0.5, 0.25 and 0.1. The speed of the
+    // continuous joint itself was not limited.
     let (motion, [lower, upper, speed]) = limits(&screw, "bend_2");
     assert_eq!((motion, [lower, upper]), (Motion::Revolute, [-1.0, 1.0]));
     assert!(speed.is_nan());

@@ -31,8 +31,8 @@ impl Reach {
     }
 }
 
-/// One arm, or two arms (paper §4), at some joint positions. The controlled pose of two arms is that of the right tool relative to
-/// the left one.
+/// One arm, or two arms (paper §4), at some joint positions. The controlled pose of two arms is the pose of the right tool
+/// relative to the left tool.
 ///
 /// To every law and safety rule, two arms look like one: [`ArmState::relative`], with the joints of both.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +47,7 @@ struct Arm {
     state: ArmState,
 }
 
-/// The right one of two arms.
+/// The right arm of two arms, and both arms as one.
 #[derive(Clone, Debug, PartialEq)]
 struct Right {
     arm: Arm,
@@ -61,7 +61,7 @@ impl Arm {
     }
 
     fn evaluate(&mut self, theta: &[f64]) {
-        // A list of another length does not belong to this arm, and changes nothing.
+        // A list with another number of positions changes nothing.
         let _ = self.chain.evaluate(theta, &mut self.state);
     }
 
@@ -84,12 +84,12 @@ impl Arms {
         Self { left, right: Some(Right { arm, relative }) }
     }
 
-    /// Returns the single arm, or the left one of two.
+    /// Returns the single arm, or the left arm of two.
     pub fn chain(&self) -> &Chain {
         &self.left.chain
     }
 
-    /// Yields all arms, the left one first.
+    /// Yields all arms, the left arm first.
     pub fn chains(&self) -> impl Iterator<Item = &Chain> {
         let right = self.right.as_ref().map(|right| &right.arm.chain);
         std::iter::once(&self.left.chain).chain(right)
@@ -122,7 +122,7 @@ impl Arms {
         }
     }
 
-    /// Splits `numbers`, one per joint, into those of the left arm and those of the right arm.
+    /// Splits `numbers`, one per joint, into the numbers of the left arm and the numbers of the right arm.
     fn split<'a>(&self, numbers: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         match self.right {
             Some(_) => numbers.split_at(self.left.chain.joint_count().min(numbers.len())),

@@ -1,8 +1,8 @@
 //! Bounds of numbers from outside.
 //!
-//! A law multiplies some lengths, their squares and a gain. So finite but huge numbers could become infinite or NaN on the way to
-//! the command. The bounds keep every such product smaller than the largest `f64` by a factor of about 1e200. The ranges of
-//! parameters, such as gains (at most 1e4) and limits, are in their declarations.
+//! A law multiplies several lengths, squares of lengths, and a gain. So finite but huge numbers could become infinite or NaN on
+//! the way to the command. The bounds keep every such product smaller than the largest `f64` by a factor of about 1e200. The
+//! ranges of parameters, such as gains (at most 1e4) and limits, are in their declarations.
 
 use super::ArmError;
 use std::f64::consts::TAU;
@@ -11,7 +11,7 @@ use thiserror::Error;
 /// Bound of lengths: of links, of bases, of goals \[m\]. The largest arms, on cranes and space stations, span 20 m to 100 m.
 pub const LENGTH: f64 = 1e3;
 
-/// Bound of requested tool speeds [m/s, rad/s]. The limits scale smaller requests to the speeds that the arm may have.
+/// Bound of requested tool speeds [m/s, rad/s]. Requests below this bound are scaled to the speed limits of the arm.
 pub const SPEED: f64 = 1e3;
 
 /// Bound of joint positions \[rad, prismatic: m\]. A joint without limits may turn endlessly, but 16 000 turns are an error of the

@@ -25,9 +25,9 @@ pub struct Chain {
     pub(super) link_kinds: Vec<JointKind>,
     /// The joints that drive the links; `None` if each link has its own joint.
     pub(super) drivers: Option<Drivers>,
-    /// The tool without its offset, in the frame of the last link; `None` if it is that frame.
+    /// The tool without its offset, in the frame of the last link; `None` if the tool has the frame of the last link.
     last_link_from_flange: Option<Isometry3<f64>>,
-    /// The tool in the frame of the last link; `None` if it is that frame.
+    /// The tool in the frame of the last link; `None` if the tool has the frame of the last link.
     last_link_from_tool: Option<Isometry3<f64>>,
     tool_offset: UnitDualQuaternion,
     /// The links in pairs.
@@ -251,8 +251,8 @@ impl Chain {
         Ok(links)
     }
 
-    /// Calls `each` with the frames of [`link_poses`](Self::link_poses), base first, until `theta` has no number for the next one.
-    /// Does not allocate.
+    /// Calls `each` with the frames of [`link_poses`](Self::link_poses), base first. Ends at the first link for which `theta` has
+    /// no number. Does not allocate.
     pub fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(&Isometry3<f64>)) {
         let mut frame = Isometry3::identity();
         for (before, (coupling, kind)) in self.before_joint.iter().zip(self.couplings()) {
@@ -274,8 +274,8 @@ impl Chain {
         self.before_joint.iter().map(|before| before.translation.vector)
     }
 
-    /// Sets `state` to the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. `state` may be that of
-    /// another arm with the same number of joints.
+    /// Sets `state` to the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. `state` may have
+    /// been the state of another arm with the same number of joints.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` or `state` do not have as many joints as this arm.
@@ -308,8 +308,8 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with pairs of successive links, base first. `each` gets the frames about or along whose z axes the links move,
-    /// at these `positions`. Returns the last link.
+    /// Calls `each` with pairs of successive links, base first. `each` gets the frames of two links, which move about or along
+    /// their z axes. The links are at `positions`. Returns the last link.
     ///
     /// This is fast because the half turns of the next pair are computed while this pair is multiplied.
     #[inline]
@@ -361,7 +361,7 @@ impl Chain {
     }
 }
 
-/// Returns the frame rotated about its own z axis. `cos` and `sin` are those of half the angle.
+/// Returns the frame rotated about its own z axis. `cos` and `sin` are the cosine and sine of half the angle.
 fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     let q = frame.rotation.quaternion();
     let rotation = Quaternion::new(

@@ -39,7 +39,7 @@ pub(super) struct Drivers {
 }
 
 impl Drivers {
-    /// Yields the positions of the links in pairs.
+    /// Yields the positions of the links in pairs, for the joint positions `theta`.
     pub fn positions(&self, theta: &[f64]) -> impl Iterator<Item = f64x2> {
         let at = |coupling: &Coupling| coupling.at(theta[coupling.driver]);
         self.couplings.chunks(2).map(move |both| two(&[at(&both[0]), both.get(1).map_or(0.0, at)]))
@@ -83,8 +83,8 @@ impl Chain {
             (one.min(other), one.max(other))
         })
     }
-    /// Sets `motions` to the motion that each joint gives to a point of the tool at the base's origin: the sum over the links that
-    /// the joint drives. Returns the last link.
+    /// Sets `motions` to the motion that each joint gives to the point of the tool that is at the base's origin: the sum over the
+    /// links that the joint drives. Returns the last link.
     pub(super) fn evaluate_driven(
         &self,
         drivers: &Drivers,

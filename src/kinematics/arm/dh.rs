@@ -8,7 +8,7 @@ use std::str::FromStr;
 /// The Denavit–Hartenberg convention of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
-    /// Craig's convention: `Rx(α) Tx(a) Tz(d) Rz(θ)`. α and a are those of the link before the joint.
+    /// Craig's convention: `Rx(α) Tx(a) Tz(d) Rz(θ)`. α and a belong to the link before the joint.
     ModifiedDh,
     /// The original convention: `Rz(θ) Tz(d) Tx(a) Rx(α)`.
     StandardDh,

@@ -8,19 +8,19 @@ const LARGEST: f64 = 1e6;
 
 /// The long part of π. It has so few digits that its product with a number of half turns is exact.
 const PI_LONG: f64 = 3.141_592_621_803_283_7;
-/// The rest of π.
+/// The rest of π, which `PI_LONG` leaves out.
 const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 
-/// Adding and subtracting 1.5·2⁵² rounds to an integer. The last bit of the sum is that of the integer.
+/// Adding and then subtracting this number, 1.5·2⁵², rounds to an integer. The last bit of the sum is the last bit of that integer.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Returns the cosines and sines of `½θ + offset` of two angles θ \[rad\]. Each offset is at most π.
 ///
 /// This is fast because both angles take the same steps in one register, without a branch. With libm's `sin_cos`, which computes
-/// them one after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset =
-/// kπ + 2y`. For |y| ≤ ¼π, short polynomials in y² are accurate to the last digit. Then `sin 2y = 2 sin y cos y` and `cos 2y = 1 − 2
-/// sin² y`; an odd k changes both signs. The even and the odd powers of y² are summed in parallel, because each power depends on
-/// the previous one. The function is inlined into the calling loop, because two numbers passed through memory would stall it.
+/// one angle after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset =
+/// kπ + 2y`. For |y| ≤ ¼π, short polynomials in y² are accurate to the last digit. Then `sin 2y = 2 sin y cos y` and `cos 2y = 1 −
+/// 2 sin² y`; an odd k changes both signs. The even and the odd powers of y² are summed in parallel, because each power depends on
+/// the power before it. The function is inlined into the calling loop, because two numbers passed through memory would stall it.
 #[inline(always)]
 pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     if angles.to_array().iter().any(|angle| angle.abs() > LARGEST) {
@@ -39,8 +39,9 @@ pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     ((1.0 - twice * sin) ^ odd, (twice * cos) ^ odd)
 }
 
-/// Coefficients of y³, y⁵ … y¹³ of the sine, divided by y: two lists of alternate coefficients, each with the last one first. The
-/// polynomial equals the sine at six Chebyshev points of y², computed with 60 digits. Between them the error is at most 1.3e-17.
+/// Coefficients of y³, y⁵ … y¹³ of the sine, divided by y: two lists of alternate coefficients, each with the highest power first.
+/// The polynomial equals the sine at six Chebyshev points of y², computed with 60 digits. Between them the error is at most
+/// 1.3e-17.
 const SINE: ([f64; 3], [f64; 3]) = (
     [-2.505_113_184_500_362_4e-8, -1.984_126_983_675_885_7e-4, -0.166_666_666_666_666_66],
     [1.591_812_929_486_660_8e-10, 2.755_731_610_255_244e-6, 8.333_333_333_330_948e-3],

@@ -23,8 +23,8 @@ impl JointKind {
         }
     }
 
-    /// Returns the displacement between two positions. For a revolute joint it is the shorter one \[rad\], because encoders wrap;
-    /// for a prismatic joint it is the difference \[m\].
+    /// Returns the displacement between two positions. For a revolute joint, it is the shorter of the two rotations \[rad\],
+    /// because encoders wrap; for a prismatic joint, the difference \[m\].
     pub fn displacement(self, from: f64, to: f64) -> f64 {
         let whole = to - from;
         match self {

@@ -20,8 +20,8 @@ pub(super) struct Link {
 impl Link {
     /// Returns the link of a fixed transform, and the half angles ½γ and ½φ \[rad\].
     ///
-    /// Let `(w, x, y, z)` be the transform's quaternion. Then `½γ + ½φ` is the angle of (w, z), and `½γ − ½φ` that of (x, y). Their
-    /// lengths are `cos ½α` and `sin ½α`. If a length is 0, its angle is arbitrary.
+    /// Let `(w, x, y, z)` be the transform's quaternion. Then `½γ + ½φ` is the angle of the vector (w, z), and `½γ − ½φ` the angle
+    /// of the vector (x, y). The lengths of the vectors are `cos ½α` and `sin ½α`. If a length is 0, the angle is arbitrary.
     pub fn new(transform: &Isometry3<f64>) -> (Self, f64, f64) {
         let q = transform.rotation.quaternion();
         let ((cos, sum), (sin, difference)) = (polar(q.w, q.k), polar(q.i, q.j));
@@ -34,7 +34,8 @@ impl Link {
     }
 }
 
-/// Two successive joints, or a last single one, with the links before them. The half turns of both joints are computed at once.
+/// Two successive joints, or a single last joint, each with the link before it. The half turns of both joints are computed at
+/// once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LinkPair {
     pub links: [Link; 2],
@@ -44,7 +45,7 @@ pub(super) struct LinkPair {
     pub kinds: Option<Kinds>,
 }
 
-/// The kinds of two joints as factors. For a missing second joint, all are 0.
+/// The kinds of two joints as factors. For a missing second joint, both factors are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Kinds {
     /// 1 for a revolute joint, otherwise 0.
@@ -71,7 +72,8 @@ impl LinkPair {
     }
 }
 
-/// Returns the length of (x, y), and its angle in [−½π, ½π]. A negative length stands for the other half of the angles.
+/// Returns the length of (x, y), and its angle in [−½π, ½π]. If the angle of (x, y) is outside this range, the returned length is
+/// negative, and the returned angle is that of (−x, −y).
 fn polar(x: f64, y: f64) -> (f64, f64) {
     let sign = 1.0_f64.copysign(x);
     (sign * x.hypot(y), (sign * y).atan2(sign * x))
@@ -80,18 +82,19 @@ fn polar(x: f64, y: f64) -> (f64, f64) {
 /// The frame at the end of a chain, in the base frame.
 ///
 /// A quaternion and a point take a quarter fewer multiplications than a dual quaternion, and the Jacobian needs the point. A
-/// rotation about one axis takes twelve operations instead of the twenty-eight of a quaternion product. The quaternion is stored as
-/// two complex numbers, `w + iz` and `x + iy`, so that two operations are done at once. A rotation about z multiplies both by
-/// complex numbers of length 1; a rotation about x mixes them with real factors. The signs are those of the product of dual
-/// quaternions.
+/// rotation about one axis takes twelve operations instead of the twenty-eight of a quaternion product. The quaternion is stored
+/// as two complex numbers, `w + iz` and `x + iy`, so that two operations are done at once. A rotation about z multiplies both by
+/// complex numbers of length 1; a rotation about x mixes them with real factors. The quaternion has the sign that a product of
+/// dual quaternions would give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ChainEnd {
     /// The numbers w and z of the quaternion.
     along: f64x2,
     /// The numbers x and y of the quaternion.
     across: f64x2,
-    /// The x and y of the point, and in the next field its z.
+    /// The x and y of the point.
     xy: f64x2,
+    /// The z of the point.
     z: f64,
 }
 
@@ -123,7 +126,7 @@ impl ChainEnd {
         self.z += way.z;
     }
 
-    /// Rotates the end about its z axis. `cos` and `sin` are those of half the angle.
+    /// Rotates the end about its z axis. `cos` and `sin` are the cosine and sine of half the angle.
     #[inline(always)]
     pub fn turn(&mut self, cos: f64, sin: f64) {
         let (cos, sin) = (f64x2::splat(cos), f64x2::new([-sin, sin]));
@@ -148,8 +151,8 @@ impl ChainEnd {
         (direction, Vector3::new(x, y, side_by_side(both[0].z, both[1].z)))
     }
 
-    /// Returns the rotation and position of `tool`, which is given in the frame of the end. Without a `tool`, returns those of the
-    /// end. Normalizes the rotation.
+    /// Returns the rotation and position of `tool`, which is given in the frame of the end. Without a `tool`, returns the rotation
+    /// and position of the end. Normalizes the rotation.
     #[inline(always)]
     pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitQuaternion<f64>, Vector3<f64>) {
         let (mut rotation, mut point) = (self.rotation(), self.point());

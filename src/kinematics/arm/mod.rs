@@ -6,7 +6,7 @@
 //! use dq_kinematics::arm::{ArmState, Chain, Convention, DhRow};
 //! use std::f64::consts::FRAC_PI_2;
 //! let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
-//! // The third row is that of the hand, which turns with its own joint.
+//! // The third row describes the hand, which turns with its own joint.
 //! let chain = Chain::new(Convention::ModifiedDh, &[row(0.0), row(0.4), row(0.3)])?;
 //! let mut arm = ArmState::new(&chain);
 //! chain.evaluate(&[0.0, FRAC_PI_2, 0.0], &mut arm)?;

@@ -9,7 +9,8 @@ pub(crate) type Pair = Vector3<f64x2>;
 /// A pair of zero vectors. The compiler would make a loop of nalgebra's zero vector.
 pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
 
-/// The motions of a tool by two joints, per unit of their speeds: the angular velocity, and the velocity of the tool point.
+/// The motions that two joints give a tool, per unit of their speeds: the angular velocities, and the velocities of the tool
+/// point.
 pub(crate) type Motions = (Pair, Pair);
 
 /// Loads the first two of `numbers` into a register. A missing second number is 0.
@@ -21,7 +22,7 @@ pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     }
 }
 
-/// Returns the first one of the two numbers in a register.
+/// Returns the first of the two numbers in a register.
 #[inline(always)]
 pub(crate) fn first(numbers: f64x2) -> f64 {
     let [first, _] = numbers.to_array();
@@ -60,7 +61,7 @@ pub(crate) fn twice(v: &Vector3<f64>) -> Pair {
     v.map(f64x2::splat)
 }
 
-/// Returns the dot product of the first vectors, and that of the second vectors.
+/// Returns two dot products: of the first vectors of `a` and `b`, and of their second vectors.
 #[inline(always)]
 pub(crate) fn dot(a: &Pair, b: &Pair) -> f64x2 {
     a.x * b.x + a.y * b.y + a.z * b.z

@@ -12,7 +12,7 @@ pub struct ArmState {
     rotation: UnitQuaternion<f64>,
     tool_point: Vector3<f64>,
     joint_count: usize,
-    /// The motions by pairs of joints. The last joint may be paired with one that does not move.
+    /// The motions of the tool by pairs of joints. The last joint may be paired with a joint that does not move.
     motions: Vec<Motions>,
 }
 
@@ -34,12 +34,14 @@ impl ArmState {
         state
     }
 
-    /// Sets this state to that of two arms as one: its base is the tool of `left`, and its tool is the tool of `right`. Its pose is
-    /// `q_r = q_2* q_1` (eq. 22). Its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
+    /// Sets this state to the state of two arms as one: its base is the tool of `left`, and its tool is the tool of `right`. Its
+    /// pose is `q_r = q_2* q_1` (eq. 22). Its joints are the joints of `left` (the paper's β, arm 2), then the joints of `right`
+    /// (α, arm 1).
     ///
-    /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`. A joint of the left arm moves it the
-    /// opposite way, by `−(l, v + l × (t_1 − t_2))` with the tools' points. So all that is true of one arm is true of two arms as
-    /// one, if both states are in one base frame. Allocates only if the state had another number of joints.
+    /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`. A joint of the left arm moves the
+    /// right tool in the opposite sense, by `−(l, v + l × (t_1 − t_2))`. Here t_1 and t_2 are the tool points of the right and the
+    /// left arm. So all that is true of one arm is true of two arms as one, if both states are in one base frame. Allocates only
+    /// if the state had another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let joint_count = left.joint_count + right.joint_count;
         if self.joint_count != joint_count {

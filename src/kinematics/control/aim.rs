@@ -74,7 +74,7 @@ impl Aim {
         UnitDualQuaternion::from_parts(rotation, self.point(base_from_goal, &base_from_tool.translation()))
     }
 
-    /// Returns the position of [`nearest`](Self::nearest) for a tool at `tool_point` \[m\].
+    /// Returns the position of the pose [`nearest`](Self::nearest) to a tool at `tool_point` \[m\].
     #[inline(always)]
     pub fn point(self, base_from_goal: &UnitDualQuaternion, tool_point: &Vector3<f64>) -> Vector3<f64> {
         match self {
@@ -84,7 +84,8 @@ impl Aim {
         }
     }
 
-    /// Returns the rotation from the tool's orientation `rotation` to that of [`nearest`](Self::nearest), along the base's axes.
+    /// Returns the rotation from the tool's orientation `rotation` to the orientation of the [`nearest`](Self::nearest) pose,
+    /// along the base's axes.
     #[inline(always)]
     pub(super) fn turn(
         self,
@@ -98,7 +99,7 @@ impl Aim {
                 let (now, wanted) = (rotation * Vector3::z(), base_from_goal.rotation() * Vector3::z());
                 let middle = now + wanted;
                 match middle.try_normalize(NO_DIRECTION) {
-                    // The sum of the two unit vectors has the length 2 cos(½φ), and an angle of ½φ with each of them.
+                    // The sum of the two unit vectors has the length 2 cos(½φ), and makes an angle of ½φ with each of them.
                     Some(between) => Quaternion::from_parts(0.5 * middle.norm(), now.cross(&between)),
                     None => Quaternion::from_imag(rotation * Vector3::x()),
                 }
@@ -106,21 +107,21 @@ impl Aim {
         }
     }
 
-    /// Returns the angle from the tool to [`nearest`](Self::nearest) \[rad\], from 0 to 2π. The angle exceeds π if the goal's sign
-    /// demands the longer rotation.
+    /// Returns the angle of the rotation from the tool to the [`nearest`](Self::nearest) pose \[rad\], from 0 to 2π. The angle
+    /// exceeds π if the goal's sign demands the longer rotation.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
         let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
     }
 
-    /// Projects a twist `(ω, v)` of the tool of `arm` onto the components of the aim [rad/s, m/s]. The twist is along the base's
+    /// Projects a twist `(ω, v)` [rad/s, m/s] of the tool of `arm` onto the components of the aim. The twist is along the base's
     /// axes.
     pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
         first(&rows.twist(&twice(&rows.of(twist))))
     }
 
-    /// Returns the aim's name for two arms, whose pose is that of one tool relative to the other.
+    /// Returns the aim's name for two arms. Their controlled pose is the pose of one tool relative to the other.
     pub fn relative_name(self) -> &'static str {
         Self::RELATIVE_NAMES[self as usize]
     }
@@ -173,7 +174,8 @@ impl Rows {
         Gram::of_columns(arm.joint_count(), arm.tool_motions().map(|column| self.of(&column)))
     }
 
-    /// Returns the rows of the aim from a twist `(ω, v)` of the tool along the base's axes. The other numbers are zeros.
+    /// Returns the components of a twist `(ω, v)` of the tool in the rows of the aim, followed by zeros. The twist is along the
+    /// base's axes.
     #[inline(always)]
     pub fn of(&self, (angular, linear): &AngularLinear) -> AngularLinear {
         match self {
@@ -187,8 +189,8 @@ impl Rows {
         }
     }
 
-    /// Returns the twist that has the numbers `first` and `second` in the rows of the aim, and zeros in all others. Both halves of
-    /// each register contain the same number.
+    /// Returns the twist whose components in the rows of the aim are `first` and `second`, and whose other components are 0. Both
+    /// halves of each register contain the same number.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {

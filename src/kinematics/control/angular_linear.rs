@@ -1,4 +1,5 @@
-//! Pairs of an angular and a linear vector. In a pair of registers, both halves of each register contain the same number.
+//! Pairs of an angular and a linear vector. A vector may be stored in registers of two numbers (`f64x2`), both of which are the
+//! same.
 
 use crate::arm::pair::{self, Motions};
 use nalgebra::Vector3;
@@ -6,19 +7,20 @@ use nalgebra::Vector3;
 /// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error \[rad, m\].
 pub type AngularLinear = (Vector3<f64>, Vector3<f64>);
 
-/// Puts each number into both halves of a register.
+/// Copies each number into both halves of a register.
 #[inline(always)]
 pub(super) fn twice((angular, linear): &AngularLinear) -> Motions {
     (pair::twice(angular), pair::twice(linear))
 }
 
-/// Returns the first half of a register.
+/// Returns the number in the first half of each register.
 #[inline(always)]
 pub(super) fn first((angular, linear): &Motions) -> AngularLinear {
     (angular.map(pair::first), linear.map(pair::first))
 }
 
-/// Returns whether all numbers of the first halves are finite. If their sum overflows, they count as not finite, too.
+/// Returns whether the numbers in the first halves of all registers are finite. If their sum overflows, they count as not finite,
+/// too.
 #[inline(always)]
 pub(super) fn is_finite((angular, linear): &Motions) -> bool {
     let sum = angular + linear;

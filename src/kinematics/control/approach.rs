@@ -26,9 +26,9 @@ impl Approach {
         Self { twist: AngularLinear::default(), command: vec![0.0; joints], correction: vec![0.0; joints] }
     }
 
-    /// Sets `theta_dot`, the joint velocities of the law of `controller` at the present positions [rad/s, prismatic: m/s], to the
-    /// next command. The command moves from the last one, sent `period` \[s\] ago, toward the law's velocities. Returns false, and
-    /// changes nothing, if the law is of first order.
+    /// Replaces the law's velocities in `theta_dot` with the next command [rad/s, prismatic: m/s]. On entry, `theta_dot` is the
+    /// velocity of the law of `controller` at the present positions. The next command lies between the last command, sent `period`
+    /// \[s\] ago, and the law's velocities. Returns false, and changes nothing, if the law is of first order.
     pub fn apply(
         &mut self,
         controller: &Controller,
@@ -40,7 +40,7 @@ impl Approach {
         if rate.is_infinite() {
             return false;
         }
-        // At the new positions, the last command would move the tool otherwise, but V must not change.
+        // At the new joint positions, the last command would give the tool another twist, but V must not change.
         let (angular, linear) = rotated(&arm.base_from_tool().rotation(), &self.twist);
         let (angular_here, linear_here) = arm.tool_twist(&self.command);
         let turned = (angular - angular_here, linear - linear_here);

@@ -17,7 +17,7 @@ named! {
     }
 }
 
-/// The description of a law's gains. It declares the parameter `gains.<law>`.
+/// The names, defaults, range and unit of a law's gains, from which the parameter `gains.<law>` is declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawGains {
     /// The names of the gains; there are one or two.
@@ -57,7 +57,7 @@ pub struct LawInput<'a> {
     pub base_from_goal: &'a UnitDualQuaternion,
     /// The components that the goal determines.
     pub aim: Aim,
-    /// The law's gains; a law with one gain ignores the second.
+    /// The law's gains; a law with one gain ignores the second number.
     pub gains: [f64; 2],
     /// The damped inverse.
     pub damping: Damping,
@@ -93,7 +93,7 @@ pub trait ControlLaw: Sync {
     /// Returns the error that the law feeds back. At gain 1 it is the twist `(ω, v)` that moves the tool to the goal [rad/s, m/s].
     fn error(&self, error: &PoseError) -> AngularLinear;
 
-    /// Returns the description of the law's gains.
+    /// Returns the names, defaults, range and unit of the law's gains.
     fn gains(&self) -> LawGains {
         LawGains::twist(1.0, 100.0)
     }
@@ -139,8 +139,8 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// Returns the [`Stiffness`] at the present positions, which determines how fast errors decay. It is used only for laws with
-    /// the transpose.
+    /// Returns the [`Stiffness`] of the closed loop at the present joint positions. It determines how fast errors decay. The
+    /// controller uses it only for laws with the transpose.
     fn stiffness(&self, input: &LawInput) -> Stiffness {
         stiffness_of_twist(self, input)
     }

@@ -46,8 +46,8 @@ impl Controller {
         let law = match (map, aim) {
             (Map::DampedInverse, _) => Law::DiffcInverse,
             (Map::Transpose, Aim::Pose | Aim::Orientation) => Law::Diffc,
-            // R⁸ contains half a position, and the transpose halves it again. This law feeds the position back without these
-            // factors.
+            // The dual part in R⁸ is half a position, and the transpose halves it again. This law feeds the position back without
+            // these factors.
             (Map::Transpose, Aim::Position | Aim::PositionAndAxis | Aim::Distance) => {
                 Law::UnitQuaternionTranspose
             }
@@ -55,7 +55,7 @@ impl Controller {
         Self { aim, damping, ..Self::default() }.with_law(law, gain)
     }
 
-    /// Returns the gains of a law; a law with one gain ignores the second.
+    /// Returns the gains of `law`; if the law has one gain, the second number has no meaning.
     pub fn gains(&self, law: Law) -> [f64; 2] {
         self.set_gains[law.number()].unwrap_or_else(|| law.gains().defaults)
     }
@@ -72,7 +72,7 @@ impl Controller {
     }
 
     /// Returns this controller with the present law `law` at the single overall gain `gain` [1/s]: K, or equal angular and linear
-    /// gains. A law with derived gains derives them from it ([`gains_at`](super::ControlLaw::gains_at)).
+    /// gains. A law with derived gains derives them from `gain` ([`gains_at`](super::ControlLaw::gains_at)).
     pub fn with_law(&self, law: Law, gain: f64) -> Self {
         self.with_gains(law, law.gains_at(gain, self.gains(law)))
     }
@@ -179,13 +179,13 @@ impl Controller {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value if it is below `bound`. A larger singular value takes little computation.
+    /// Returns the smallest singular value if it is below `bound`. Otherwise returns `None`, with little computation.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }
 
-    /// Returns the law's body twist `(ω, v)`: gain times error [rad/s, m/s], for a tool that can move freely. An arm follows it by
-    /// the inverse of its Jacobian.
+    /// Returns the law's body twist `(ω, v)`: gain times error [rad/s, m/s]. A free tool would move with this twist. An arm
+    /// follows the twist by the inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
         let error = PoseError::from(&goal_from_tool.inverse());
         let (angular, linear) = self.law.twist(self.gains(self.law), &error);
@@ -201,8 +201,8 @@ pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDu
 /// Returns the rate of a first-order law that is stable up to the same delay as a second-order law. The second-order law has the
 /// rate λ and the approach rate R [1/s].
 ///
-/// At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`. For a first-order law, this delay
-/// τ is `½π` divided by its rate.
+/// At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`. For a first-order law, the delay
+/// τ at the limit is `½π` divided by the rate of that law.
 fn as_of_first_order(rate: f64, approach: f64) -> f64 {
     if approach.is_infinite() || rate == 0.0 {
         return rate;

@@ -23,12 +23,12 @@ const FALLBACK: f64 = 1e-9;
 const ROUNDING: f64 = 1e-15;
 
 impl Damping {
-    /// Returns `λ² = λ_max² (1 − (σ/σ₀)²)` below σ₀, 0 above.
+    /// Returns `λ² = λ_max² (1 − (σ/σ₀)²)` for a singular value σ below σ₀; otherwise 0.
     pub fn lambda_squared(&self, smallest_singular_value: f64) -> f64 {
         self.lambda_squared_at(smallest_singular_value.powi(2))
     }
 
-    /// Returns λ² for the square of the smallest singular value.
+    /// Returns λ² for the smallest eigenvalue of `J Jᵀ`, the square of the smallest singular value.
     ///
     /// This is fast because it needs no square root, and its only division does not depend on the singular value.
     #[inline(always)]
@@ -37,8 +37,8 @@ impl Damping {
         if smallest_eigenvalue >= begin { 0.0 } else { slope * (begin - smallest_eigenvalue) }
     }
 
-    /// Sets `theta_dot` to the joint velocities for the `twist` of the tool along the base's axes [rad/s]. Components of the twist
-    /// that `aim` leaves free do not count. The result is finite for every finite input.
+    /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] for the `twist` of the tool along the base's axes.
+    /// Components of the twist that `aim` leaves free do not count. The result is finite for every finite input.
     ///
     /// This is fast because the twist is computed during the inversion of `J Jᵀ`, which takes longest.
     #[inline(always)]
@@ -55,8 +55,8 @@ impl Damping {
         arm.apply_transpose(&rows.twist(&solution), theta_dot);
     }
 
-    /// Returns the product of `(J Jᵀ + λ² I)⁻¹` and six numbers. Both halves of each register contain the same result. The result
-    /// is finite for every finite input.
+    /// Returns the product of `(J Jᵀ + λ² I)⁻¹` and the six numbers of `error`. Both halves of each register contain the same
+    /// result. The result is finite for every finite input.
     ///
     /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms
     /// mostly are, `J Jᵀ − σ₀² I` is positive definite. Then no singular value is below σ₀. Otherwise, the two inverses yield the

@@ -3,7 +3,8 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. The goal `q_d` is new, so there is no earlier sign.
+/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. Use it for a new goal `q_d`, for which no sign has been chosen
+/// yet.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,

@@ -7,8 +7,8 @@ use crate::arm::pair::{Motions, Pair, ZEROS, beside, dot, first, sum_twice, twic
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
-/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first. Both halves of each register contain the
-/// same number.
+/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first. Each number is stored twice, in both
+/// halves of a register.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gram {
     angular: Symmetric,
@@ -20,7 +20,8 @@ pub(super) struct Gram {
 }
 
 impl Gram {
-    /// Computes the matrix from the Jacobian at the tool along the base's axes. The singular values do not depend on the axes.
+    /// Computes the matrix from the Jacobian of the tool point, along the base's axes. The singular values do not depend on the
+    /// axes.
     ///
     /// This is fast because six columns are summed at once. There are more sums than registers, so a loop would write all sums to
     /// memory in each iteration.
@@ -74,9 +75,9 @@ impl Gram {
 
     /// Returns the inverses of `J Jᵀ + shift I` for two shifts. If a matrix is singular, its inverse is not finite or not accurate.
     ///
-    /// This is fast because it consists of two closed 3×3 inverses. The second one is that of `det(A) S`, so that neither waits for
-    /// the other's division. Two shifts take no more operations than one. A Cholesky decomposition of 6×6 needs six roots and six
-    /// divisions, one after the other.
+    /// This is fast because it consists of two closed 3×3 inverses. The second inverse is that of `det(A) S`, so that neither
+    /// inverse waits for the division of the other. Two shifts take no more operations than one. A Cholesky decomposition of 6×6
+    /// needs six roots and six divisions, one after the other.
     #[inline(always)]
     pub fn inverse(&self, shifts: f64x2) -> Inverse {
         let angular = self.angular.shifted(shifts).inverse();
@@ -93,15 +94,15 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// Returns the product of `(J Jᵀ + shift I)⁻¹` and six numbers. Both halves of each register contain the same result. If the
-    /// matrix is singular, the result is not finite or not accurate.
+    /// Returns the product of `(J Jᵀ + shift I)⁻¹` and `numbers`, stored twice, in both halves of each register. If the matrix is
+    /// singular, the result is not finite or not accurate.
     #[inline(always)]
     pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
         self.inverse(f64x2::splat(shift)).times(numbers)
     }
 
-    /// Returns the smallest eigenvalue, which must be below `bound`, from the inverses of `J Jᵀ` and `J Jᵀ − bound I`. Uses the
-    /// [root](Self::root) if that is accurate, otherwise the exact method.
+    /// Returns the smallest eigenvalue, which must be below `bound`, from the inverses of `J Jᵀ` and `J Jᵀ − bound I`. Uses
+    /// [`root`](Self::root) if its result is accurate, otherwise the eigenvalues of the matrix.
     #[inline(always)]
     pub fn eigenvalue_below(&self, bound: f64, inverse: &Inverse) -> f64 {
         self.root(bound, inverse).unwrap_or_else(|| self.smallest_eigenvalue())
@@ -127,7 +128,7 @@ impl Gram {
         let square = by_bound * (3.0 * secant - 2.0 * slope - slope_bound);
         let cube = by_bound * by_bound * (slope + slope_bound - 2.0 * secant);
         let a = self.trace();
-        // If two eigenvalues are 0, the slope is 0, too. If A has no inverse, S is unknown.
+        // If two eigenvalues are 0, the slope is 0, too. If the block A has no inverse, S is unknown.
         let [block, block_bound] = inverse.angular.determinant().to_array();
         let a3 = a * a * a;
         if slope.abs() <= ROUNDING * (a3 * a * a) || block.abs().min(block_bound.abs()) <= SINGULAR * a3 {
@@ -202,17 +203,17 @@ impl Gram {
     }
 }
 
-/// Largest number of steps. One or two are enough if the roots are apart.
+/// Largest number of steps of the iteration to the smallest root. One or two steps are enough if the roots are apart.
 const STEPS: usize = 8;
 
-/// A slope of the determinant below this fraction of the fifth power of the eigenvalues' sum is a rounding error.
+/// A slope of the determinant `p(s)` below this fraction of the fifth power of the eigenvalues' sum is a rounding error.
 const ROUNDING: f64 = 1e-14;
 
-/// A determinant of A below this fraction of the third power of the eigenvalues' sum is too inaccurate as a divisor.
+/// A determinant of the block A below this fraction of the third power of the eigenvalues' sum is too inaccurate as a divisor.
 const SINGULAR: f64 = 1e-6;
 
-/// The iteration ends after a step below this fraction of the distance to the other roots. The error is then of the order of the
-/// cube of the step.
+/// The iteration to the smallest root ends after a step below this fraction of the distance to the other roots. The error is then
+/// of the order of the cube of the step.
 const SMALL: f64 = 1e-5;
 
 /// The inverses of a [`Gram`] with two shifts, in factors: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C` and `S = D −
@@ -235,7 +236,7 @@ impl Inverse {
         least > 0.0
     }
 
-    /// Returns the products of the inverses with six numbers.
+    /// Returns the product of each inverse with the six numbers `(angular, linear)`.
     #[inline(always)]
     pub fn times(&self, (angular, linear): &AngularLinear) -> Motions {
         let (angular, linear) = (&twice(angular), twice(linear));
@@ -250,7 +251,7 @@ impl Inverse {
     /// Returns the determinants of the two matrices.
     #[inline(always)]
     fn determinants(&self) -> f64x2 {
-        // The last minor of S is the determinant of S times the square of that of A.
+        // The last minor of S is the determinant of S times the square of the determinant of A.
         self.rest.determinant() * self.angular.scale
     }
 
@@ -282,7 +283,7 @@ impl Sums {
     /// The parts of `J Jᵀ` for a Jacobian without columns.
     const NONE: Self = Self { angular: Symmetric::ZEROS, mixed: [ZEROS; 3], linear: Symmetric::ZEROS };
 
-    /// Computes the parts from `N` pairs of columns.
+    /// Computes the parts of `J Jᵀ` from `N` pairs of columns.
     #[inline(always)]
     fn of<const N: usize>(pairs: &[Motions; N]) -> Self {
         Self {
@@ -298,7 +299,7 @@ impl Sums {
         }
     }
 
-    /// Adds the parts from other columns.
+    /// Adds the parts of `J Jᵀ` from other columns.
     #[inline(always)]
     fn plus(&self, other: &Self) -> Self {
         let ([x, y, z], [a, b, c]) = (&self.mixed, &other.mixed);

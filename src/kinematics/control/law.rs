@@ -122,7 +122,7 @@ impl Names {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// In your own program, call `dq_servo::cli::main` after this in `main`. It does everything else.
+/// In `main` of your own program, register the law first, and then call `dq_servo::cli::main`.
 pub fn register(law: &'static dyn ControlLaw) -> Result<Law, RegisterError> {
     let name = law.name();
     let is_right = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
@@ -187,8 +187,8 @@ built_in! {
     Lq = 8: Lq,
     /// unit_quaternion, with gains from bounds on the effect of disturbances (Figueredo, Adorno & Ishihara 2021, arXiv 1811.05436).
     HInfinity = 9: HInfinity,
-    /// logc, with a gain that grows near the goal and far from it. So the time to arrive has a preset bound (Aldana-López et al.
-    /// 2019, arXiv 1809.07012).
+    /// logc, with a gain that is larger both near the goal and far from the goal. So the time to arrive has a preset bound
+    /// (Aldana-López et al. 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
     /// Second-order logc: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,

@@ -7,9 +7,10 @@ use nalgebra::Vector3;
 /// The six directions of R⁸ in which a pose can move, as an orthonormal basis. The 8×n pose Jacobian J has no component along the other
 /// two.
 ///
-/// In the frame rotated with the tool, column i of J is `½ (l, v + ½ t×l, −½ t·l)` without its zero: with the direction l of the joint's
-/// axis, the velocity v that the joint gives the tool point, and the tool point t. Merging `−½ t·l` into the first part preserves lengths
-/// with `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`.
+/// In the frame that turns with the tool, column i of J has the parts `½ l` (rotation), `½ (v + ½ t×l)` (dual vector) and `−¼ t·l`
+/// (dual scalar). Its first scalar is 0 and is omitted. Here l is the direction of the joint's axis, v the velocity that the joint
+/// gives the tool point, and t the tool point. Merging the dual scalar into the first part replaces l there by `√(I + ¼ t tᵀ) l`,
+/// which is `l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`. This preserves lengths.
 #[derive(Clone, Copy)]
 pub(super) struct PoseSpace {
     tool: Vector3<f64>,
@@ -23,7 +24,7 @@ impl PoseSpace {
         Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
     }
 
-    /// Returns the column of J that belongs to a joint that gives the tool this twist.
+    /// Returns the column of J for a joint that gives the tool this twist, in the six directions.
     pub fn column(&self, (axis, velocity): &AngularLinear) -> AngularLinear {
         let angular = axis + self.tool * (self.stretch * self.tool.dot(axis));
         (0.5 * angular, 0.5 * (velocity + 0.5 * self.tool.cross(axis)))

@@ -10,21 +10,27 @@ pub struct QuadraticProgram {
     count: usize,
     /// The rows of L.
     factor: Vec<f64>,
-    /// The rows aₖ of the constraints, and the bounds bₖ.
+    /// The rows aₖ of the constraints.
     rows: Vec<f64>,
+    /// The bounds bₖ of the constraints.
     bounds: Vec<f64>,
-    /// The indices of the active constraints, their multipliers, and their normals `L⁻¹ aₖ`.
+    /// The indices of the active constraints.
     active: Vec<usize>,
+    /// The multipliers of the active constraints.
     multipliers: Vec<f64>,
+    /// The normals `L⁻¹ aₖ` of the active constraints.
     normals: Vec<f64>,
-    /// The orthogonalized normals Q, and in the next field the columns of R: `normals = Q R`.
+    /// The orthogonalized normals Q in `normals = Q R`.
     square: Vec<f64>,
+    /// The columns of R in `normals = Q R`.
     upper: Vec<f64>,
-    /// The normal of the constraint to activate. The next fields are its component orthogonal to the active normals, its components
-    /// along Q, and its coefficients in the active normals.
+    /// The normal of the constraint to activate.
     normal: Vec<f64>,
+    /// The component of `normal` orthogonal to the active normals.
     step: Vec<f64>,
+    /// The components of `normal` along Q.
     parts: Vec<f64>,
+    /// The coefficients of `normal` in the active normals.
     relief: Vec<f64>,
     spare: Vec<f64>,
     wanted: Vec<f64>,
@@ -37,8 +43,8 @@ pub struct Infeasible;
 /// A constraint counts as violated if its slack is less than `-BROKEN` times the size of its terms.
 const BROKEN: f64 = 1e-10;
 
-/// A constraint counts as dependent on the active constraints if the part of its normal that is orthogonal to theirs is at most
-/// this fraction.
+/// A constraint counts as dependent on the active constraints if the component of its normal orthogonal to their normals is at
+/// most this fraction of the normal.
 const WITHIN: f64 = 1e-9;
 
 /// Largest number of steps per joint and constraint.
@@ -224,7 +230,7 @@ impl QuadraticProgram {
     }
 
     /// Splits `normal` into its components along the first `active` columns of Q (`parts`) and the rest, which is orthogonal to
-    /// these columns (`step`). Then computes its coefficients in the active normals (`relief`).
+    /// these columns (`step`). Then computes the coefficients of `normal` in the active normals (`relief`).
     fn split(&mut self, active: usize) {
         let count = self.count;
         self.step.clear();
@@ -248,7 +254,7 @@ impl QuadraticProgram {
         }
     }
 
-    /// Returns the active constraint whose multiplier becomes 0 first, by its position in `active`, and the step length until then.
+    /// Returns the position in `active` of the constraint whose multiplier becomes 0 first, and the step length until then.
     fn first_to_go(&self) -> (usize, f64) {
         let mut first = (0, f64::INFINITY);
         for (place, (multiplier, relief)) in self.multipliers.iter().zip(&self.relief).enumerate() {
@@ -271,7 +277,7 @@ impl QuadraticProgram {
         std::mem::swap(&mut self.normal, &mut self.spare);
     }
 
-    /// Orthogonalizes the active normal `number` against the ones before it, and appends it to Q and R.
+    /// Orthogonalizes the active normal `number` against the normals before it, and appends the result to Q and R.
     fn append(&mut self, number: usize) {
         let count = self.count;
         self.normal.clear();
@@ -286,7 +292,7 @@ impl QuadraticProgram {
     }
 }
 
-/// Sets `x` to `L⁻¹ x`.
+/// Sets `x` to `L⁻¹ x`; `factor` has the rows of L.
 fn solve_lower(factor: &[f64], count: usize, x: &mut [f64]) {
     for i in 0..count {
         let rest: f64 = (0..i).map(|k| factor[i * count + k] * x[k]).sum();
@@ -294,7 +300,7 @@ fn solve_lower(factor: &[f64], count: usize, x: &mut [f64]) {
     }
 }
 
-/// Sets `x` to `L⁻ᵀ x`.
+/// Sets `x` to `L⁻ᵀ x`; `factor` has the rows of L.
 fn solve_upper(factor: &[f64], count: usize, x: &mut [f64]) {
     for i in (0..count).rev() {
         let rest: f64 = (i + 1..count).map(|k| factor[k * count + i] * x[k]).sum();

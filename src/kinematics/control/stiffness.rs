@@ -11,9 +11,9 @@ use crate::arm::ArmState;
 pub struct Stiffness(Rooted);
 
 enum Rooted {
-    /// The rows of a twist, and the square roots of the angular and the linear gain.
+    /// For a law that feeds back a twist: the rows of its aim, and the square roots of the angular and the linear gain.
     Twist(Rows, [f64; 2]),
-    /// A pose in R⁸, and the square root of its gain.
+    /// For a law that feeds back a pose in R⁸: its basis, and the square root of its gain.
     Pose(PoseSpace, f64),
 }
 

@@ -105,8 +105,8 @@ impl SymmetricInverse {
         self.minors.z
     }
 
-    /// Converts the inverses of two matrices to the inverses of these matrices divided by `divisors`. `reciprocals` are those of
-    /// the divisors.
+    /// Converts the inverses of two matrices to the inverses of these matrices divided by `divisors`. `reciprocals` are the
+    /// reciprocals of the divisors.
     #[inline(always)]
     pub fn of_quotients(self, divisors: f64x2, reciprocals: f64x2) -> Self {
         let minors = Vector3::new(self.minors.x * reciprocals, self.minors.y, self.minors.z * reciprocals);
@@ -116,8 +116,8 @@ impl SymmetricInverse {
     /// Returns the smallest leading minor of each matrix. It is positive if the matrix is positive definite.
     #[inline(always)]
     pub fn least_minors(&self) -> f64x2 {
-        // If one operand is NaN, `fast_min` returns the second operand. A NaN in any minor is also in the determinant, which comes
-        // last.
+        // If one operand is NaN, `fast_min` returns the second operand. If any minor is NaN, so is the determinant, which is the
+        // last operand.
         self.minors.x.fast_min(self.minors.y).fast_min(self.minors.z)
     }
 

@@ -1,5 +1,5 @@
-//! The transposed Jacobian: the error acts as a force on the tool, and each joint moves with the moment about its axis, or the
-//! force along it.
+//! The transposed Jacobian: the error acts as a force on the tool, and each joint moves in proportion to the moment about its axis
+//! (prismatic: to the force along its axis).
 
 use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;

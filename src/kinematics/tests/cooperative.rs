@@ -106,7 +106,7 @@ fn relative_position_with_gain_10_reproduces_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse, position and distance decay as `exp(−K t)`. For a rotation by θ, `tan(θ/4)` decays so, too.
+/// With the inverse, position and distance decay as `exp(−K t)`. For a rotation by θ, `tan(θ/4)` decays in the same way.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();
@@ -125,7 +125,7 @@ fn the_inverse_form_decays_at_its_gain() {
         match aim {
             Aim::Position => assert!((position - decay).abs() < LOOP),
             Aim::Orientation => assert!((quarter - decay).abs() < LOOP),
-            // The position is coupled with the rotation, so that it is close to the exponential but not on it.
+            // The position error is coupled with the rotation, so that it is close to the exponential but not equal to it.
             Aim::Pose => assert!((position - decay).abs() < 0.05 && (quarter - decay).abs() < LOOP),
             Aim::PositionAndAxis => assert!((position - decay).abs() < 0.05),
             Aim::Distance => assert!((far(&now) / far(&relative) - decay).abs() < LOOP),
@@ -195,7 +195,8 @@ proptest! {
         }
     }
 
-    /// Compares the inverse form with `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows of the aim, computed by a matrix decomposition.
+    /// Compares the inverse form with `Jᵀ (J Jᵀ + λ² I)⁻¹ K e`, computed by a matrix decomposition. J and e have only the rows
+    /// that the aim controls.
     #[test]
     fn the_inverse_form_is_the_damped_inverse_of_the_rows_of_the_aim(
         theta in prop::collection::vec(-3.0..3.0f64, 12),

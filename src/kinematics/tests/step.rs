@@ -1,4 +1,4 @@
-//! The program's control step agrees with the plain one.
+//! The program's control step agrees with the plain control step of `plain.rs`.
 
 use crate::plain::PlainArm;
 use crate::puma::{controller, puma};
@@ -20,7 +20,7 @@ fn puma_rows() -> Vec<DhRow> {
     (0..6).map(row).collect()
 }
 
-/// Returns rows of seven joints with offsets, which is more than the program computes at once.
+/// Returns DH rows of seven joints with offsets. The program computes at most six joints at once.
 pub fn seven_rows() -> Vec<DhRow> {
     let row = |i: usize| DhRow {
         alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
@@ -31,10 +31,10 @@ pub fn seven_rows() -> Vec<DhRow> {
     (0..7).map(row).collect()
 }
 
-/// Allowed difference between joint velocities and those of the plain form, as a fraction of the largest velocity. Near
-/// singularities, the elimination of the angular block loses digits: of 300 000 configurations, three differed by more than 1e-11.
-/// Arms with fewer than six joints are singular everywhere. Their damping depends on the eigenvalue 0, which has a rounding error
-/// in the plain form.
+/// Allowed difference between joint velocities and the joint velocities of the plain form, as a fraction of the largest velocity.
+/// Near singularities, the elimination of the angular block loses digits: of 300 000 configurations, three differed by more than
+/// 1e-11. Arms with fewer than six joints are singular everywhere. Their damping depends on the eigenvalue 0, which has a rounding
+/// error in the plain form.
 const NEAR: f64 = 10.0 * REFERENCE;
 const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
 const NEAR_SINGULAR_TWICE: f64 = 1e6 * REFERENCE;
@@ -45,7 +45,8 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
-/// Checks the same as `check` with the given damping. Joint velocities may differ by the fraction `limit` of the largest one.
+/// Makes the checks of `check` with the given damping. Joint velocities may differ by the fraction `limit` of the largest
+/// velocity.
 fn check_damped(
     damping: Damping,
     limit: f64,

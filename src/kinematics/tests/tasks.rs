@@ -29,7 +29,7 @@ proptest! {
             prop_assert!(way < 1e-12 && angle < 1e-7, "{aim}: {way} {angle}");
             let turn = nearest.rotation().angle_to(&tool.rotation());
             prop_assert!((turn - aim.angle(&goal, &tool)).abs() < 1e-7, "{aim}");
-            // Goals that are equal in the components of the aim are equally near. None is nearer than this one.
+            // Goals that are equal in the components of the aim are equally near. None of them is nearer than `nearest`.
             let as_good = turned(&goal, Vector3::z() * spin);
             prop_assert!(turn <= as_good.rotation().angle_to(&tool.rotation()) + 1e-7, "{aim}");
             let same = aim.nearest(&as_good, &tool);
@@ -55,7 +55,7 @@ proptest! {
             prop_assume!(control.smallest_singular_value(&state) > control.damping.threshold);
             let mut velocity = [0.0; 6];
             control.joint_velocity(&state, &goal, &mut velocity);
-            // The law reduces the errors. It is the same for a goal that is equal in the components of the aim.
+            // The law reduces the errors. Its velocities are the same for a goal that is equal in the components of the aim.
             let as_good = turned(&goal, Vector3::z() * 0.7);
             let mut other = [0.0; 6];
             control.joint_velocity(&state, &as_good, &mut other);

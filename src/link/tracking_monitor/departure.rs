@@ -14,27 +14,28 @@ use std::time::Duration;
 /// A joint follows if it moves at least this fraction of the distance that the other joints would move under the same command.
 pub(super) const PART: f64 = 0.2;
 
-/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves at a larger
-/// fraction was told to be slow.
+/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves a larger
+/// fraction, but not all, was told to be slow.
 pub(super) const SLOWEST: f64 = 0.02;
 
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// The largest change of a joint's command until it has responded [rad/s]. The change is also at most the acceleration limit times
-/// [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
+/// The largest change of a joint's command until the joint has responded [rad/s, prismatic: m/s]. The change is also at most the
+/// acceleration limit times [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
-/// A joint has responded once it has moved this far in the commanded direction \[rad\]. Encoder noise at standstill is smaller.
+/// A joint has responded once it has moved this far in the commanded direction \[rad, prismatic: m\]. Encoder noise at standstill
+/// is smaller.
 const SEEN: f64 = 2e-4;
 
 /// A joint does not follow if it has not responded for `PATIENCE` after a command to move by [`PROBE_DISTANCE`], or after commands
-/// to move by `LONGEST_PROBE` \[rad\].
+/// to move by `LONGEST_PROBE` \[rad, prismatic: m\].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
-/// The distance that a joint must be commanded to move before the monitor concludes that it does not respond \[rad\].
+/// The distance that a joint must be commanded to move before the monitor concludes that it does not respond \[rad, prismatic: m\].
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
 /// A joint that has responded counts as stuck if it stands for this time plus the delay after a command to move by
@@ -45,25 +46,25 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// speeds it compares changes only.
 const SLOW: f64 = 0.1;
 
-/// The change of a slow joint's travel that must be commanded before the monitor concludes that the joint has stopped responding
-/// \[rad, prismatic: m\].
+/// The smallest change of the commanded motion from which the monitor judges whether a slow joint has stopped responding \[rad,
+/// prismatic: m\]. The change is the commanded distance since the anchor, less the distance at the anchor's command.
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]: an encoder of 8192 counts per turn moves one count
-/// back and forth within a window.
+/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]. It occurs if an encoder of 8192 counts per turn
+/// jumps by one count within a window.
 const NOISE: f64 = 0.02;
 
-/// The motion of a joint without commands counts for this time.
+/// If a joint is not commanded to move, its anchors are updated after this time.
 const MEMORY: Duration = Duration::from_secs(1);
 
-/// Returns the largest change of a joint's command until it has responded [rad/s]. `acceleration` is the joint's acceleration limit
-/// [rad/s²].
+/// Returns the largest change of a joint's command until it has responded [rad/s, prismatic: m/s]. `acceleration` is the joint's
+/// acceleration limit [rad/s², prismatic: m/s²].
 fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\]. The pull may reduce this
-/// distance by `pulled`. The pull excuses a joint that moves less, but never demands motion.
+/// Returns how far a joint should have moved if it was commanded to move by `asked` \[rad, prismatic: m\]. The pull may reduce
+/// this distance by `pulled`. The pull excuses a joint that moves less, but never demands motion.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)
@@ -73,7 +74,7 @@ pub(super) fn due(asked: f64, pulled: f64) -> f64 {
 pub(super) struct Failure {
     /// The joint, counted from 0.
     pub joint: usize,
-    /// When it should have moved.
+    /// When the joint should have moved.
     pub since: Duration,
     /// Whether the joint stopped following, or moves in the other direction. Such a joint is tried again only a few times.
     pub counts: bool,
@@ -93,11 +94,13 @@ pub(super) struct Answer<'a> {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Anchor {
     time: Duration,
-    /// The commanded and the measured displacement of the joint until then \[rad, prismatic: m\].
+    /// The commanded displacement of the joint up to this time \[rad, prismatic: m\].
     asked: f64,
+    /// The measured displacement of the joint up to this time \[rad, prismatic: m\].
     moved: f64,
-    /// The command and the speed of the joint at that time [rad/s, prismatic: m/s].
+    /// The joint's command at this time [rad/s, prismatic: m/s].
     command: f64,
+    /// The joint's speed at this time [rad/s, prismatic: m/s].
     speed: f64,
 }
 
@@ -119,15 +122,17 @@ struct JointResponse {
     /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
-    /// An anchor from a time at which the arm stood. The next field is a later anchor.
+    /// An anchor at a time when the arm stood.
     stood: Anchor,
+    /// An anchor at a later time than `stood`.
     later: Anchor,
     /// Since when a joint that has responded is stuck; `None` if the joint is not stuck.
     stands_since: Option<Duration>,
-    /// How far the joint should have moved since it last moved [rad, prismatic: m]. The next fields are how far it has moved, and
-    /// the range of its displacement.
+    /// How far the joint should have moved since it last moved as commanded \[rad, prismatic: m\].
     due_distance: f64,
+    /// How far the joint has moved since it last moved as commanded \[rad, prismatic: m\].
     distance: f64,
+    /// The range of the joint's displacement since the joint last moved as commanded \[rad, prismatic: m\].
     range: (f64, f64),
 }
 
@@ -142,7 +147,7 @@ pub(super) struct Departure {
 }
 
 impl Departure {
-    /// Creates the monitor of an arm. `joints` are the indices of its joints among the joints of all arms.
+    /// Creates the monitor of an arm. `joints` are the indices of the arm's joints among the joints of all arms.
     pub fn new(joints: Range<usize>) -> Self {
         let count = joints.len();
         Self {
@@ -174,12 +179,12 @@ impl Departure {
     }
 
     /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
-    /// `acceleration` is its acceleration limit [rad/s²].
+    /// `acceleration` is its acceleration limit [rad/s², prismatic: m/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
 
-    /// Takes each joint's command and speed in the last window [rad/s, prismatic: m/s].
+    /// Sets each joint's command and measured speed in the last window [rad/s, prismatic: m/s].
     pub fn note_speeds(&mut self, speeds: impl Iterator<Item = (f64, f64)>) {
         for (it, (command, speed)) in self.responses.iter_mut().zip(speeds) {
             (it.now.command, it.now.speed) = (command, speed);
@@ -247,7 +252,7 @@ impl JointResponse {
         (self.due_distance, self.distance, self.range) = (0.0, 0.0, (0.0, 0.0));
     }
 
-    /// Returns when the joint got stuck, if it has responded before and now stands although it is commanded to move.
+    /// If the joint has responded before, and now stands although it is commanded to move, returns the time at which it got stuck.
     fn stands(&mut self, now: Duration, answer: &Answer) -> Option<Duration> {
         let asked = self.due_distance.abs();
         let moves = self.range.1 - self.range.0 >= SEEN + SLOWEST * asked;
@@ -262,7 +267,7 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Returns when the joint should have responded, if it has failed to respond for too long. Also returns whether the joint moves
+    /// If the joint has failed to respond for too long, returns the time at which it should have responded, and whether it moves
     /// backward. The arm moves the fraction `factor` of its commanded distance.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
@@ -287,8 +292,8 @@ impl JointResponse {
             self.wait(now);
             return None;
         }
-        // The pull may have changed. So the motion is compared with a later anchor, too, and then with the next one if there is no
-        // response.
+        // The pull may have changed. So the motion is compared with a later anchor, too, and with a still later anchor if there is
+        // no response.
         if is_late || self.due.is_none() {
             self.later = self.now;
         }

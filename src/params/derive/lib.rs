@@ -34,7 +34,7 @@ fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     })
 }
 
-/// The keywords of the attribute `#[parameter(...)]`.
+/// The keywords that the attribute `#[parameter(...)]` may have.
 const WORDS: [&str; 7] = ["group", "name", "default", "range", "one_of", "required", "fixed"];
 
 /// Returns the attribute's keywords with their values, which are `None` for keywords without a value.
@@ -52,7 +52,7 @@ fn said(attribute: &Attribute) -> syn::Result<HashMap<String, Option<Expr>>> {
     Ok(said)
 }
 
-/// Returns the field, and the expression that declares and reads its parameter.
+/// Returns the initializer of the field: its name, and the expression that declares and reads its parameter.
 fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     let (ident, kind) = (&field.ident, &field.ty);
     let attribute = field.attrs.iter().find(|attribute| attribute.path().is_ident("parameter"));
@@ -92,8 +92,8 @@ fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     })
 }
 
-/// Returns the documentation as one line, without its unit. The unit is the text in brackets at the end of the documentation, or an
-/// empty string if there is none.
+/// Splits the documentation into a description on one line and a unit. The unit is the text in brackets at the end of the
+/// documentation, or an empty string.
 fn description(attributes: &[Attribute]) -> (String, String) {
     let line = |attribute: &Attribute| match &attribute.meta {
         Meta::NameValue(meta) if meta.path.is_ident("doc") => match &meta.value {

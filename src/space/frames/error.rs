@@ -19,21 +19,21 @@ pub enum FrameError {
     /// A frame is one of its own ancestors.
     #[error("the parents of {0:?} in TF go in a circle")]
     Loop(String),
-    /// The frame is fixed to the tool, so the arm would chase a goal in it forever.
+    /// The frame is fixed to the tool, so the arm would chase a goal in this frame forever.
     #[error("{0:?} moves with the tool, so that a goal in it cannot be followed: frame_mode latch takes it")]
     OnTool(String),
     /// The stamp is older than the oldest transform that is kept.
     #[error("the stamp is {seconds:.3} s before the oldest transform of {frame:?} that is kept")]
     TooOld {
-        /// The frame of the oldest transform.
+        /// The frame whose oldest transform is newer than the stamp.
         frame: String,
         /// The time by which the stamp is older \[s\].
         seconds: f64,
     },
-    /// The stamp is newer than the newest transform, and no newer one arrived in time.
+    /// The stamp is newer than the newest transform, and no newer transform arrived in time.
     #[error("the stamp is {seconds:.3} s after the newest transform of {frame:?}")]
     TooNew {
-        /// The frame of the newest transform.
+        /// The frame whose newest transform is older than the stamp.
         frame: String,
         /// The time by which the stamp is newer \[s\].
         seconds: f64,

@@ -4,7 +4,7 @@ use super::{FrameTree, FramedGoal};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 
-/// The motion of a goal with its frame.
+/// A change of a goal's pose, because the goal's frame has moved or is lost.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FrameMotion {
     /// The frame has moved the goal.
@@ -45,8 +45,8 @@ impl Followed {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }
 
-    /// Returns the motion of the goal since the last call; `None` if it has not moved. A moving frame counts as lost if, at `now`,
-    /// no newer transform of it has arrived for `patience`.
+    /// Returns the motion of the goal since the last call; `None` if the goal has not moved. A moving frame counts as lost if, at
+    /// `now`, no newer transform of the frame has arrived for `patience`.
     pub fn look(
         &mut self,
         tree: &FrameTree,

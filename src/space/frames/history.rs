@@ -10,7 +10,7 @@ const LONGEST: i64 = 10_000_000_000;
 /// Largest number of transforms that are kept per frame: 10 s at 200 Hz, or 2 s at 1 kHz.
 pub(super) const MOST: usize = 2000;
 
-/// Two quaternions have a unique shortest arc between them if they differ from a half turn by more than this.
+/// The rotation between two quaternions has a unique shortest arc if its angle differs from a half turn by more than this \[rad\].
 const HALF_TURN: f64 = 1e-9;
 
 /// The transform of a frame at a time.
@@ -62,8 +62,8 @@ impl History {
         self.places.len()
     }
 
-    /// Adds a transform. Removes the oldest transforms that are too old or exceed `room`. If the stamp is older than the newest one
-    /// by more than `LONGEST`, the clock was reset: then removes all earlier transforms.
+    /// Adds a transform. Removes the oldest transforms that are too old or exceed `room`. If the stamp is older than the newest
+    /// stamp by more than `LONGEST`, the clock was reset: then removes all earlier transforms.
     pub fn add(&mut self, place: Place, room: usize) {
         let newest = self.places.back().map_or(place.stamp, |newest| newest.stamp);
         if self.is_static || place.stamp < newest.saturating_sub(LONGEST) {

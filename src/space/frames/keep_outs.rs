@@ -9,7 +9,7 @@ use thiserror::Error;
 /// A solid in a TF frame that the arm must stay clear of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedKeepOut {
-    /// The key. A keep-out replaces an earlier one with the same key.
+    /// The key. A keep-out replaces an earlier keep-out with the same key.
     pub key: KeepOutKey,
     /// The solid, in the frame `frame`.
     pub solid: Solid,
@@ -66,7 +66,7 @@ const STILL: f64 = 1e-3;
 #[derive(Clone, Debug, Default)]
 pub struct FramedKeepOuts {
     all: Vec<Entry>,
-    /// The keep-outs that are not in force. There are at most [`MOST_REFUSED`].
+    /// The keep-outs that are not in force, at most [`MOST_REFUSED`], with the reasons.
     refused: Vec<(KeepOutKey, KeepOutRefused)>,
 }
 
@@ -108,7 +108,7 @@ struct Heard {
 }
 
 impl FramedKeepOut {
-    /// Returns the keep-out's name for messages: its namespace, shortened, and its number.
+    /// Returns the keep-out's name for messages: the shortened namespace and the number of its key.
     fn name(&self) -> String {
         let KeepOutKey { namespace, id } = &self.key;
         let id = format!("/{id}");
@@ -146,7 +146,7 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Moves the keep-out with its frame. If the frame is no longer known, returns the reason, and only once.
+    /// Moves the keep-out with its frame. Returns the reason if the frame is no longer known, but only the first time.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
@@ -186,7 +186,7 @@ impl Entry {
         let exact = tree.lookup(base, frame, if next.is_carried { 0 } else { next.stamp });
         let is_early =
             exact.as_ref().is_err_and(|why| why.may_pass() && now.saturating_sub(next.came) < patience);
-        // The newest pose of the frame is a better approximation than none.
+        // The newest known pose of the frame is a better approximation than no pose.
         let found = if is_early { tree.lookup(base, frame, 0) } else { exact };
         let placed = match found {
             Ok(found) => next.placed(found, self.current.as_ref(), now).map_err(KeepOutRefused::from),
@@ -206,8 +206,8 @@ impl Entry {
 }
 
 impl FramedKeepOuts {
-    /// Adds a keep-out, or replaces the one with the same key. There may be at most `most` keep-outs. The next call of
-    /// [`look`](Self::look) finds its pose.
+    /// Adds a keep-out, or replaces the keep-out with the same key. There may be at most `most` keep-outs. The next call of
+    /// [`look`](Self::look) finds the pose of the new keep-out.
     ///
     /// # Errors
     /// [`KeepOutRefused`]; nothing changes then.
@@ -256,9 +256,9 @@ impl FramedKeepOuts {
         self.all.iter().any(|known| known.next.is_some() || known.current.as_ref().is_some_and(may_change))
     }
 
-    /// Updates the poses of all keep-outs in `base` at `now`. Returns, once each, the keep-outs whose frames were not found within
-    /// `patience`, and those that are out of date because their frames have been silent for that time. A keep-out remains in force
-    /// until its replacement is found, even if that never happens.
+    /// Updates the poses of all keep-outs in `base` at `now`. Returns the keep-outs whose frames were not found within `patience`,
+    /// and the keep-outs whose frames have been silent for `patience`. Returns each such keep-out only once. A keep-out remains in
+    /// force until its replacement is found, even if that never happens.
     pub fn look(
         &mut self,
         tree: &FrameTree,
@@ -289,7 +289,7 @@ impl FramedKeepOuts {
         refused
     }
 
-    /// Returns the keep-outs that were found, in the base frame.
+    /// Returns the keep-outs whose poses were found, in the base frame.
     pub fn in_base(&self) -> Vec<KeepOut> {
         self.found().map(|placed| placed.in_base.clone()).collect()
     }

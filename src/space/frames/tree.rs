@@ -31,7 +31,7 @@ pub struct Transform<'a> {
     pub rotation_xyzw: [f64; 4],
 }
 
-/// A frame, by its parent and its transforms.
+/// The parent of a frame, and the frame's recent transforms relative to it.
 #[derive(Clone, Debug)]
 struct Edge {
     parent: String,
@@ -122,7 +122,8 @@ impl FrameTree {
         Ok(of(&path.down)?.inverse() * of(&path.up)?)
     }
 
-    /// Returns the newest time at which all frames between `frame` and `base` are known \[ns\]; `None` if none of them moves.
+    /// Returns the newest time at which all frames between `frame` and `base` are known \[ns\]; `None` if none of these frames
+    /// moves.
     ///
     /// # Errors
     /// [`FrameError`] if no transforms connect the two frames.
@@ -136,7 +137,7 @@ impl FrameTree {
         path.is_ok_and(|path| path.edges().all(|(_, edge)| edge.history.is_static))
     }
 
-    /// Returns the path from `frame` to `base`.
+    /// Returns the path from `frame` to `base` through their nearest common ancestor.
     fn path<'a>(&'a self, base: &'a str, frame: &'a str) -> Result<Path<'a>, FrameError> {
         if base == frame {
             return Ok(Path { up: Vec::new(), down: Vec::new() });

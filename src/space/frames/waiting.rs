@@ -11,7 +11,7 @@ const MOST: usize = 1000;
 /// A goal in a TF frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedGoal {
-    /// The number of the goal, counted from the first one.
+    /// The number of the goal, counted from the first goal.
     pub number: u64,
     /// The name of the TF frame.
     pub frame: String,
@@ -60,8 +60,8 @@ impl WaitingGoals {
         self.line.front().map(|(_, came)| came.saturating_add(patience))
     }
 
-    /// Looks up the frame of each goal in `tree`, at the time `now`. Returns the goals whose poses in the frame `base` are found.
-    /// Also returns the goals that cannot be found, and those that have waited for `patience`.
+    /// Looks up the frame of each goal in `tree`, at the time `now`. Returns the goals whose poses in the frame `base` are found,
+    /// the goals whose poses cannot be found, and the goals that have waited for `patience`.
     pub fn look(&mut self, tree: &FrameTree, base: &str, now: Duration, patience: Duration) -> Vec<Answer> {
         let mut answers = Vec::new();
         let found = |goal: &FramedGoal| {

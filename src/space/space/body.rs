@@ -48,8 +48,8 @@ const SHORTEST: f64 = 1e-6;
 const LARGEST: f64 = 100.0;
 
 impl Body {
-    /// Creates a capsule of this radius \[m\] along each link, from its joint to the next joint or the tool. Another capsule leads
-    /// from the base to the first joint.
+    /// Creates a body with a capsule of this radius \[m\] along each link, from the link's joint to the next joint or the tool.
+    /// Another capsule leads from the base to the first joint.
     pub fn along(chains: &[Chain], radius: f64) -> Self {
         let (mut capsules, mut before) = (Vec::new(), 0);
         for chain in chains {
@@ -101,8 +101,8 @@ impl Capsule {
         each.collect()
     }
 
-    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. The links of earlier arms, of which
-    /// there are `before`, come first in the numbering.
+    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. `before` is the number of links of the
+    /// arms before it.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
         let carried_by = before..before + link;
         Self { link: if link == 0 { 0 } else { carried_by.end }, carried_by, core, radius }

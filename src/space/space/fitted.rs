@@ -1,4 +1,4 @@
-//! Capsules that are fitted around shapes. Each is the smallest capsule along one of a few axes.
+//! Capsules that are fitted around shapes. Each is the smallest capsule whose axis is one of a few tried lines.
 
 use super::Segment;
 use nalgebra::{Isometry3, Vector3};
@@ -16,14 +16,15 @@ pub struct Fitted {
 /// A circle around a line, or a torus if `thick` is not 0. A capsule along the line must contain it.
 #[derive(Clone, Copy)]
 struct Ring {
-    /// The position along the line, and the radius of the circle \[m\].
+    /// The position of the circle along the line \[m\].
     along: f64,
+    /// The radius of the circle \[m\].
     across: f64,
     /// The thickness of the torus, as a radius \[m\].
     thick: f64,
 }
 
-/// Number of times that the interval of radii is reduced.
+/// Number of times that the search for the best radius reduces its interval.
 const STEPS: u32 = 30;
 
 /// The fraction of the interval that remains after each reduction (golden section, Kiefer 1953).
@@ -78,7 +79,7 @@ impl Fitted {
         smallest(&axes, balls).unwrap_or(*self)
     }
 
-    /// Returns the capsule moved by `to`.
+    /// Returns the capsule moved by the transform `to`.
     #[must_use]
     pub fn moved(&self, to: &Isometry3<f64>) -> Self {
         Self {
@@ -115,8 +116,8 @@ fn smallest(
     lines.iter().filter_map(on).min_by(|one, two| one.volume().total_cmp(&two.volume()))
 }
 
-/// Returns the smallest capsule around these rings whose axis is the line through `origin` along `direction`. Searches for the best
-/// radius, because a thicker capsule may be shorter.
+/// Returns the smallest capsule around these rings with the line through `origin` along `direction` as its axis. Searches for the
+/// best radius, because a thicker capsule may be shorter.
 fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fitted {
     let [bottom, top] = span(rings, f64::INFINITY);
     let middle = 0.5 * (bottom + top);
@@ -152,7 +153,7 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
         };
         (bottom, top) = (bottom.min(ring.along + reach), top.max(ring.along - reach));
     }
-    // A ball is enough. Its center may be anywhere between the two positions.
+    // If `bottom` is above `top`, a ball is enough. Its center may be anywhere between the two positions.
     if bottom > top { [0.5 * (bottom + top); 2] } else { [bottom, top] }
 }
 

@@ -13,7 +13,7 @@ pub struct Hull {
     faces: Arc<[Face]>,
     /// A ball around the hull.
     ball: Ball,
-    /// The tolerance of the faces \[m\].
+    /// The distance from a face's plane up to which a point counts as in the plane \[m\].
     near: f64,
 }
 
@@ -35,8 +35,9 @@ impl PartialEq for Hull {
 /// A flat part of the surface.
 #[derive(Clone, Debug, PartialEq)]
 struct Face {
-    /// The outward normal, and one of the corners \[m\].
+    /// The outward normal, of unit length.
     normal: Vector3<f64>,
+    /// One of the corners of the face \[m\].
     corner: Vector3<f64>,
     /// A ball around the face.
     ball: Ball,
@@ -70,7 +71,7 @@ impl Hull {
         // The area vectors of a closed surface add up to zero.
         let is_closed = triangles.iter().map(across).sum::<Vector3<f64>>().norm() <= near * length;
         triangles.retain(|it| height(it) > near);
-        // The planes of the largest triangles are the most accurate ones.
+        // The planes of the largest triangles are the most accurate.
         triangles.sort_by(|one, other| across(other).norm().total_cmp(&across(one).norm()));
         let mut faces: Vec<Face> = Vec::new();
         for triangle in triangles {
@@ -188,7 +189,7 @@ fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     (thick > FLAT * length.max(1.0)).then_some((length, evenly))
 }
 
-/// Removes points that are within `near` \[m\] of another one. Otherwise parry3d loses faces of a hull between such corners.
+/// Removes points that are within `near` \[m\] of another point. Otherwise parry3d loses faces of a hull between such corners.
 fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
     // Two corners of a machine part rarely lie in one plane perpendicular to this direction.
     let along = |point: &Vector3<f64>| Vector3::new(0.36, 0.48, 0.8).dot(point);

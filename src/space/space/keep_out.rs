@@ -93,7 +93,7 @@ fn shape(solid: &Solid) -> Result<Shape, KeepOutError> {
     }
 }
 
-/// Returns the frame at the center of a solid with the orientation `turn`.
+/// Returns the frame of a solid with its center at `center` and the orientation `turn`.
 fn frame(center: &Vector3<f64>, turn: &[f64; 4]) -> Result<Isometry3<f64>, KeepOutError> {
     center.iter().try_for_each(|place| check_place(*place))?;
     let rotation = unit_rotation(*turn).map_err(|_| KeepOutError::Direction)?;

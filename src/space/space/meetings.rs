@@ -44,7 +44,7 @@ impl Scene {
         };
         scene.meet_itself();
         scene.leave_out(chains, ranges);
-        // Until here, the levers are those of the links.
+        // Until here, the levers are per motion of each link, not of each joint.
         scene.levers = scene.levers.iter().map(|levers| scene.of_joints(levers)).collect();
         scene.keep_out_of(keep_outs)?;
         Ok(scene)
@@ -53,15 +53,15 @@ impl Scene {
     /// Returns the scene with additional keep-outs.
     ///
     /// # Errors
-    /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`].
+    /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`] keep-outs and keep-ins.
     pub fn besides(&self, more: Vec<KeepOut>) -> Result<Self, SceneError> {
         let mut scene = self.clone();
         scene.keep_out_of(more)?;
         Ok(scene)
     }
 
-    /// Returns the scene with keep-ins: the tool of each arm must stay in all of `keep_ins`. `chains` and `ranges` must be those
-    /// from which the scene was created.
+    /// Returns the scene with keep-ins: the tool of each arm must stay in all of `keep_ins`. `chains` and `ranges` must be the
+    /// arms and joint ranges from which the scene was created.
     ///
     /// # Errors
     /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`], including keep-outs.
@@ -87,7 +87,7 @@ impl Scene {
         Ok(self)
     }
 
-    /// Converts motions of a part per link to motions of the part per joint that drives the links.
+    /// Converts levers per motion of each link to levers per motion of each joint, which may drive several links.
     fn of_joints(&self, levers: &[f64]) -> Vec<f64> {
         let mut of_joints = vec![0.0; self.joint_count];
         for (lever, (coupling, _)) in levers.iter().zip(&self.links) {
@@ -151,7 +151,8 @@ impl Scene {
         }
     }
 
-    /// Leaves out the pairs of capsules that no joint, or only one joint, moves apart, and those that always touch.
+    /// Leaves out three kinds of pairs of capsules: pairs that no joint moves relative to each other, neighbors at a single joint,
+    /// and pairs that always touch.
     fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
         let mut apart = vec![0_u32; self.meetings.len()];
         let mut placed = Placed::of(self);
@@ -188,7 +189,7 @@ fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     ranges.iter().map(place).collect()
 }
 
-/// Returns the coupling and the kind of each link. The drivers are counted among the joints of all arms.
+/// Returns the coupling and the joint kind of each link. `Coupling::driver` is an index into the joints of all arms.
 fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     let (mut links, mut before) = (Vec::new(), 0);
     for chain in chains {
@@ -199,8 +200,8 @@ fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     links
 }
 
-/// Returns the levers of each capsule: the largest distance of its segment from the axis of each link \[m\]. The lever is 1 for a
-/// link that slides, and 0 for a link that does not carry the capsule.
+/// Returns the levers of each capsule, one per link: the largest distance of the capsule's segment from the axis of the link
+/// \[m\]. The lever is 1 for a link that slides, and 0 for a link that does not carry the capsule.
 fn levers(
     capsules: &[Capsule],
     chains: &[Chain],

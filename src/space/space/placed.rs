@@ -19,7 +19,8 @@ pub struct Placed {
     /// The last measured gap of each pair, without the radii around the segments. Only the body moves. So the measured gap yields a
     /// lower bound of the gap at any other position of the body.
     measured: Vec<Option<Gap>>,
-    /// The largest travel of each part since its gaps were measured, and of each pair of parts relative to each other \[m\].
+    /// The largest possible travel of each part, and of each pair of capsules relative to each other, since the gaps were measured
+    /// \[m\].
     travels: Vec<f64>,
 }
 
@@ -69,7 +70,7 @@ impl Placed {
         }
     }
 
-    /// Replaces the body by that of `scene`. The new body has no position yet. Allocates nothing if there is enough capacity.
+    /// Replaces the body by the body of `scene`. The new body has no position yet. Allocates nothing if there is enough capacity.
     pub fn take(&mut self, scene: &Scene) {
         fn put<T>(list: &mut Vec<T>, of: impl Iterator<Item = T>) {
             list.clear();
@@ -107,8 +108,8 @@ impl Placed {
     /// Sets `near` to the pairs that are near, in the order of `scene`, up to the capacity of `near`. Measures only the gaps that
     /// may be small enough.
     ///
-    /// A pair is near if its gap is less than `within` \[m\] of the pair's [`travel`](Scene::travel). The travel is computed for
-    /// joints that move by `moves` \[rad, prismatic: m\].
+    /// A pair is near if its gap is less than `within(travel)` \[m\]. Here `travel` is the pair's [`travel`](Scene::travel) if the
+    /// joints move by `moves` \[rad, prismatic: m\].
     pub fn near(
         &mut self,
         scene: &Scene,
@@ -357,7 +358,7 @@ mod tests {
         }
     }
 
-    /// Checks the lower bounds of gaps after gaps were measured at any earlier positions.
+    /// Checks the lower bounds of gaps that were measured at other positions of the arms.
     #[test]
     fn a_pair_that_is_not_measured_is_not_near() {
         let chains = chains();

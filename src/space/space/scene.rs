@@ -39,7 +39,7 @@ pub(super) enum Against {
 /// A pair of parts that are checked.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
-    /// The index of the capsule in the body. The tools follow the capsules.
+    /// The index of the capsule in the body. Tools are numbered after the capsules.
     pub capsule: usize,
     pub against: Against,
     /// The index in [`Scene::levers`] of the bounds on this pair's motion, one bound per joint.
@@ -51,7 +51,8 @@ pub(super) struct Meeting {
 /// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body. Each is named by the joint that moves or drives its link, counted from 1, arm after arm; 0 for a base.
+    /// Two parts of the body. Each part is named by the number of the joint that moves or drives its link (from 1, arm after arm);
+    /// 0 for a base.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
@@ -157,18 +158,19 @@ pub struct Scene {
     /// The tools, as capsules without extent.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// The largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad, prismatic: m/m]. The
-    /// single capsules come first.
+    /// The levers: the largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad,
+    /// prismatic: m/m]. The single capsules come first.
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
-    /// The coupling and the kind of each link, arm after arm. The drivers are counted among the joints of all arms.
+    /// The coupling and the joint kind of each link, arm after arm. `Coupling::driver` is an index into the joints of all arms.
     pub(super) links: Vec<(Coupling, JointKind)>,
     pub(super) joint_count: usize,
 }
 
 impl Scene {
-    /// Returns the pairs that are not checked: pairs of parts of the body, and keep-outs with parts that never move.
+    /// Returns the pairs that are not checked: some pairs of two parts of the body, and pairs of a keep-out and a part that never
+    /// moves.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
@@ -237,7 +239,7 @@ impl Scene {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// Returns the distance between the segments of a pair at which its gap is 0 \[m\].
+    /// Returns the distance between the segments of a pair at which the pair's gap is 0 \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }

@@ -15,8 +15,8 @@ const TOGETHER: f64 = 1e-12;
 
 impl Segment {
     /// Returns a lower bound of the gap between this segment and a convex shape. `gap` is the gap between another segment and the
-    /// shape. The shape lies behind the plane perpendicular to the gap's normal. So this segment is at least as far from the shape
-    /// as from that plane.
+    /// shape. The shape lies behind the plane through the gap's end, perpendicular to its normal. So this segment is at least as
+    /// far from the shape as from that plane.
     pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
         let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
         let [one, other] = self.ends.map(|end| (beyond(&end), end));
@@ -29,7 +29,7 @@ impl Segment {
         Self { ends: [center - half, center + half] }
     }
 
-    /// Returns the point at the fraction `part` of the segment, from the first end to the second one.
+    /// Returns the point at the fraction `part` of the segment, from the first end to the second end.
     pub fn at(&self, part: f64) -> Vector3<f64> {
         self.ends[0] + part * self.vector()
     }
@@ -39,21 +39,21 @@ impl Segment {
         self.ends[1] - self.ends[0]
     }
 
-    /// Returns a frame at the segment's middle. Its z axis points from the first end to the second one.
+    /// Returns a frame at the segment's middle. Its z axis points from the first end to the second end.
     pub fn frame(&self) -> Isometry3<f64> {
         let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let turn = UnitQuaternion::rotation_between(&Vector3::z(), &self.vector()).unwrap_or(about_x);
         Isometry3::from_parts(self.at(0.5).into(), turn)
     }
 
-    /// Returns the fraction of the segment, from 0 to 1, at which it is nearest to `point`.
+    /// Returns the fraction, from 0 to 1, of the segment's point that is nearest to `point`.
     fn part_near(&self, point: &Vector3<f64>) -> f64 {
         let along = self.vector();
         let length = along.norm_squared();
         if length > 0.0 { ((point - self.ends[0]).dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Returns the gap between `point` and the point of this segment that is nearest to it.
+    /// Returns the gap between `point` and the nearest point of this segment.
     pub fn gap_of(&self, point: &Vector3<f64>) -> Gap {
         between(point, &self.at(self.part_near(point)))
     }

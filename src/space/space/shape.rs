@@ -45,8 +45,9 @@ pub enum Shape {
     Hull(Hull),
 }
 
-/// The accuracy of a segment's distance \[m\], and the largest number of steps to find it.
+/// The accuracy of a segment's distance from a shape \[m\].
 const EXACT: f64 = 1e-12;
+/// The largest number of steps of the search for a segment's distance.
 const STEPS: u32 = 40;
 
 impl Shape {
@@ -90,7 +91,7 @@ impl Shape {
         }
     }
 
-    /// Returns the gap between the shape and the nearest point of `segment`, or the deepest one inside the shape.
+    /// Returns the gap between the shape and the nearest point of `segment`; if the segment enters the shape, its deepest point.
     pub fn gap_to(&self, segment: &Segment) -> Gap {
         match self {
             Self::Sphere { center, radius } => {

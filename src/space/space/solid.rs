@@ -14,7 +14,7 @@ pub enum KeepOutError {
     Name(#[from] NameError),
     /// The name of the shape is unknown.
     Shape,
-    /// The count of numbers does not match the shape, or one of them is not a finite number.
+    /// The count of numbers does not match the shape, or a number is not finite.
     Numbers {
         /// The name of the shape.
         shape: &'static str,

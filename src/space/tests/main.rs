@@ -55,7 +55,7 @@ fn a_frame_is_found_up_and_down_the_tree_at_its_time() {
     let tool = pose(0.0, -1.0);
     assert!(near(&tree.lookup("tool", "table", 2 * SECOND).unwrap(), &(tool.inverse() * map * table)));
     assert!(near(&tree.lookup("table", "table", 77).unwrap(), &UnitDualQuaternion::identity()));
-    // 0 stands for the newest time at which the whole path is known: 3 s in the first case, any time in the second.
+    // A stamp of 0 stands for the newest time at which the whole path is known: 3 s in the first case, any time in the second.
     let tool = pose(2.0, -1.5);
     assert!(near(&tree.lookup("tool", "map", 0).unwrap(), &(tool.inverse() * pose(2.0, 1.0))));
     assert!(near(&tree.lookup("map", "table", 0).unwrap(), &table));
@@ -247,7 +247,7 @@ proptest! {
         let mut tree = FrameTree::default();
         let split = split.min(numbers.len() - 1);
         let name = |i: usize| format!("f{i}");
-        // Up to frame `split`, parents have the higher numbers; from there on, the lower ones.
+        // Up to frame `split`, the parent of a frame has a higher number than the frame; from there on, a lower number.
         let mut expected = UnitDualQuaternion::identity();
         for (i, (x, angle)) in numbers.iter().enumerate() {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::new(*angle, 0.3 * x, -0.5));
@@ -290,7 +290,7 @@ fn a_goal_waits_for_its_transform_but_not_forever() {
     assert_eq!(waiting.deadline(patience), Some(501 * MS));
     let answers = waiting.look(&tree, "base", 6 * MS, patience);
     assert_eq!(numbers(&answers), [(5, Some("transform_too_old"))], "what cannot pass is said at once");
-    // The newest goal that is found replaces earlier ones.
+    // The newest goal whose pose is found replaces earlier goals.
     put(&mut tree, ["base", "map"], 4 * SECOND, &pose(3.0, 0.0), false).unwrap();
     let answers = waiting.look(&tree, "base", 100 * MS, patience);
     assert_eq!(numbers(&answers), [(1, None), (2, None)]);

@@ -21,8 +21,9 @@ pub struct Arm {
     pub name: String,
     /// The kinematics, joint names, limits, and all other servo parameters of the arm.
     pub parameters: ServoParameters,
-    /// The values from which the parameters were built. The next field is the name of their source.
+    /// The values from which the parameters were built.
     values: Vec<(String, Value)>,
+    /// The name of the source of `values`.
     source: String,
 }
 
@@ -31,7 +32,7 @@ pub struct Arm {
 pub struct Task {
     /// Joint angles at the start \[rad\].
     pub start: Vec<f64>,
-    /// The goal of the tool. Its sign is the nearer one at the start.
+    /// The goal of the tool. Its sign is the one with which it is nearer to the start pose.
     pub base_from_goal: UnitDualQuaternion,
 }
 
@@ -67,13 +68,13 @@ impl Arm {
         let mut values = parameters_for(text, source, "/dq_servo")?;
         // The comparison is about the laws, not about the servo's reconfigurations after a stall.
         values.push(("reconfigure".to_owned(), Value::String(Reconfigure::Never.name().to_owned())));
-        // Nor is it about the motion of joints that no law needs.
+        // The comparison is not about the motion of joints to spare either.
         values.push(("posture.gain".to_owned(), Value::Double(0.0)));
         Self::of(name, values, source)
     }
 
     fn of(name: &str, values: Vec<(String, Value)>, source: &str) -> Result<Self, CompareError> {
-        // Two of the arms have jerk limits. They are removed, so that all arms have the same kinds of limits.
+        // Two of the arms have jerk limits. The comparison removes them, so that all arms have the same kinds of limits.
         let parameters = ServoParameters::from_values(values.clone(), source)?
             .with(|settings| settings.limits.joint_jerk.fill(f64::INFINITY));
         Ok(Self { name: name.to_owned(), parameters, values, source: source.to_owned() })
@@ -87,9 +88,8 @@ impl Arm {
         Self::of(&self.name, self.values.iter().cloned().chain(parameters).collect(), &self.source)
     }
 
-    /// Returns the task `number`. Its start and goal are the poses of random joint positions. The positions are between the
-    /// position limits and within half a turn in both directions. Each task has its own stream of random numbers, so the order of
-    /// runs does not matter.
+    /// Returns the task `number`. Its start and its goal are the tool poses at random joint positions within the position limits
+    /// and within ±π. Each task has its own stream of random numbers, so the order of runs does not matter.
     ///
     /// # Errors
     /// There is no error in practice: there is one position per joint.

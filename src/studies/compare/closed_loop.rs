@@ -14,7 +14,7 @@ use std::time::Duration;
 pub const HORIZON: Duration = Duration::from_secs(10);
 /// A loop counts as settled once it has stayed within the 2 % band for this time.
 const DWELL: Duration = Duration::from_millis(500);
-/// The length of the last part of a failed loop. The behavior in this part classifies the failure.
+/// How long before its end a failed loop is observed, to classify the failure.
 const LAST: Duration = Duration::from_secs(1);
 /// Joint speeds below this [rad/s] count as standing.
 const STANDING: f64 = 1e-2;
@@ -28,9 +28,9 @@ named! {
         /// The error stays within 2 % of its initial value, or within the goal tolerances.
         #[default]
         Settled = "settled",
-        /// The arm was still getting nearer at the end.
+        /// The arm was still getting nearer to the goal at the end.
         Slow = "slow",
-        /// The arm moved but did not get nearer.
+        /// The arm moved but did not get nearer to the goal.
         Oscillating = "oscillating",
         /// The arm stood away from the goal in a singular configuration.
         Singular = "singular",
@@ -53,7 +53,7 @@ pub struct Result {
 }
 
 impl Result {
-    /// Returns when the loop had settled \[s\]; `None` if it has not.
+    /// Returns the settling time \[s\]; `None` if the loop has not settled.
     pub fn settled(&self) -> Option<f64> {
         (self.outcome == Outcome::Settled).then(|| self.figures.settling_time()).flatten()
     }
@@ -151,7 +151,7 @@ impl ClosedLoop<'_> {
 }
 
 impl Driver {
-    /// Sets the command for joints that are measured at `seen` \[rad\].
+    /// Computes the command for the measured joint positions `seen` \[rad\].
     fn drive(
         &mut self,
         goal: &Task,
@@ -207,7 +207,8 @@ impl Driver {
         }
     }
 
-    /// Describes the servo's final state in words: why it has stalled, or its state, and what it knows of another configuration.
+    /// Describes the servo's final state in words: the reason of a stall or the state, then the result of the search for another
+    /// configuration.
     fn words(&self) -> String {
         match self {
             Self::Law(_) => String::new(),
@@ -244,7 +245,7 @@ struct Watch {
     threshold: f64,
     motion: Option<MotionMeter>,
     inside_since: Option<Duration>,
-    /// The least error, by [`size`](Self::size), until [`LAST`] before the end.
+    /// The smallest error [`size`](Self::size) from the start until [`LAST`] before the end.
     least: f64,
     error: GoalError,
 }
@@ -299,7 +300,7 @@ impl Watch {
         true
     }
 
-    /// Returns the distance and the angle to the goal as one number. Each is divided by its tolerance.
+    /// Returns the sum of the distance and the angle to the goal, each divided by its tolerance.
     fn size(&self) -> f64 {
         self.error.position / self.tolerance.linear + self.error.rotation / self.tolerance.angular
     }

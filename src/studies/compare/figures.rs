@@ -22,8 +22,7 @@ pub fn figures(findings: &Findings, summary: &Summary) -> [Figure; 3] {
     ]
 }
 
-/// Returns the figure `name` of distributions. Each kind of matched gains has a column, so that the figure fits a column of a
-/// paper.
+/// Returns the figure `name` of distributions, with one column of panels for each matched quantity.
 fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Figure {
     let row = |what: &str, x: Axis, column: usize| {
         let panel = |matched| {
@@ -44,7 +43,8 @@ fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Fi
     chart(name, title, &rows)
 }
 
-/// Returns a panel with the fraction of all tasks whose value is at most x. A curve that ends below 100 % shows that tasks failed.
+/// Returns a panel with the cumulative distribution of a quantity for each law: the fraction of all tasks whose value is at most
+/// x. A curve that ends below 100 % shows that tasks failed.
 fn distribution(
     summary: &Summary,
     matched: Matched,

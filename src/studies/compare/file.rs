@@ -20,7 +20,8 @@ pub(super) struct WholeLines {
 }
 
 impl Study {
-    /// Writes the lines of `part` of the runs to the file, after the existing lines. Calls `done` with the number of finished runs.
+    /// Writes the runs of `part` to the file, one line each, after the existing lines. Calls `done` with the number of finished
+    /// runs.
     ///
     /// # Errors
     /// [`CompareError::File`]; [`CompareError::OtherRuns`] and [`CompareError::Damaged`] for existing lines; and the first error of
@@ -63,7 +64,7 @@ impl Study {
         }
     }
 
-    /// Checks the complete lines. The first one, the last one, and one of each cell must equal the results of this program.
+    /// Checks the complete lines. The first line, the last line, and one line of each cell must equal the results of this program.
     pub(super) fn check(
         &self,
         file: &Path,

@@ -33,18 +33,18 @@ pub struct Findings {
     pub cells: Vec<Cell>,
     /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,
-    /// The results of other programs on the first tasks of each arm, together with those of the reference law.
+    /// The results of other programs and of the reference law on the first tasks of each arm.
     pub peers: Vec<Peer>,
     /// How old joint states may be for each law.
     pub ageing: Vec<Ageing>,
     /// The time of a step, for each law.
     pub step_times: Vec<StepTime>,
-    /// One run of each cell. With these runs, a program can check whether its results are still the same.
+    /// One run of each cell. A later version of this program can compare its results with these runs.
     pub samples: Vec<Record<'static>>,
 }
 
 impl Findings {
-    /// Computes the findings of a study from its runs and from those of other programs.
+    /// Computes the findings of a study from its runs and from the runs of other programs.
     ///
     /// # Errors
     /// The first error of a simulated run with older joint states. There is none in practice.

@@ -16,7 +16,7 @@ const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
 /// An age is acceptable for a law if at least this percentage of tasks settles at that age. Only tasks that settle with fresh joint
 /// states count.
 const HOLDS: f64 = 95.0;
-/// Number of tasks of each arm on which an age is tried first. If their result is in doubt, all tasks are tried.
+/// Number of tasks of each arm on which an age is tried first. If the result of these tasks is in doubt, all tasks are tried.
 pub(super) const FIRST: u32 = 400;
 /// The quantile of the normal distribution for a first decision (p < 1e-4). The result for an age is in doubt if the interval with
 /// this quantile contains 95 %.
@@ -35,9 +35,11 @@ pub struct Ageing {
     pub settled_percent: Vec<(f64, Interval)>,
     /// The largest age at which at least 95 % of these tasks settle \[ms\]; 0 if there is no such age.
     pub holds_up_to_ms: f64,
-    /// The largest age at which certainly at least 95 % settle, because the whole interval is above 95 % \[ms\].
+    /// The largest tried age at which the whole confidence interval of the settled share is at or above 95 % \[ms\]; 0 if there is
+    /// no such age.
     pub low_ms: f64,
-    /// The smallest age at which certainly fewer than 95 % settle \[ms\]; `None` if this age exceeds the tried ages.
+    /// The smallest tried age at which the whole confidence interval of the settled share is below 95 % \[ms\]; `None` if there is
+    /// no such age.
     pub high_ms: Option<f64>,
 }
 
@@ -59,8 +61,8 @@ fn known(age: usize) -> Option<&'static Plant> {
     PLANTS.iter().find(|plant| plant.latency == age && plant.noise == 0.0)
 }
 
-/// Determines the ages for every law, once without and once with the servo's limits. The laws have their gains for equal settling
-/// time.
+/// Determines the largest acceptable age for every law, once without and once with the servo's limits. The laws have their gains
+/// for equal settling time.
 ///
 /// # Errors
 /// The first error of a simulated run; none in practice.
@@ -93,7 +95,7 @@ struct Ages<'a> {
 }
 
 impl Ages<'_> {
-    /// Finds the largest acceptable age by bisection, because fewer tasks settle if joint states are older. From there finds the
+    /// Finds the largest acceptable age by bisection: the older the joint states are, the fewer tasks settle. From there finds the
     /// ages at which the result is certain. Tries the ages of the comparison's plants first, because their results are known.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());
@@ -104,7 +106,7 @@ impl Ages<'_> {
             }
             holds = place + 1;
         }
-        // Ages before the index `holds` are acceptable; those from `fails` on are not.
+        // Ages before the index `holds` are acceptable; ages from the index `fails` on are not.
         while holds < fails {
             let middle = usize::midpoint(holds, fails);
             if self.share(middle)?.value >= HOLDS { holds = middle + 1 } else { fails = middle }
@@ -143,7 +145,7 @@ impl Ages<'_> {
         self.summary.rows(&key).get(task.number as usize).map(Option::is_some)
     }
 
-    /// Returns the percentage of the tasks that settle with joint states of the age number `place`.
+    /// Returns the percentage of the tasks that settle with joint states of the age `AGES[place]`.
     fn share(&mut self, place: usize) -> Result<Interval, CompareError> {
         if let Some(share) = self.tried.get(&place) {
             return Ok(*share);

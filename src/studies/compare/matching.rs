@@ -26,7 +26,7 @@ impl Matched {
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
 }
 
-/// The reference law and its gain [1/s]. The gains of the other laws are matched to it.
+/// The reference law and its gain [1/s]. The gains of the other laws are matched to the reference.
 pub const REFERENCE: (Law, f64) = (Law::Logc, 2.0);
 
 /// Yields all laws except the reference.
@@ -34,22 +34,21 @@ pub(super) fn others() -> impl Iterator<Item = Law> {
     Law::all().filter(|law| *law != REFERENCE.0)
 }
 
-/// Number of tasks on which gains are chosen. The next number is how many other tasks judge the choice. These are enough for an
-/// error of [`CLOSE`] in the settling times of laws with the damped inverse. Peak speeds vary so much among tasks that ten times as
-/// many tasks would be necessary.
+/// Number of tasks on which gains are chosen. With this number, the error of the settling times of laws with the damped inverse is
+/// at most [`CLOSE`]. Peak speeds vary so much among tasks that ten times as many tasks would be necessary.
 pub(super) const PILOTS: usize = 1024;
 /// Number of tasks for the coarse search of a gain.
 const FEW: usize = 48;
-/// The seed of the tasks on which gains are chosen. The next number is the seed of the tasks that judge the choice. Both differ
-/// from the seeds of all other tasks.
+/// The seed of the tasks on which gains are chosen. It differs from the seeds of all other tasks.
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
+/// The seed of the tasks that judge the chosen gains. It differs from the seeds of all other tasks.
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
-/// Two targets count as the same up to this relative difference, because of rounding.
+/// Two measured values of the reference law count as the same up to this relative difference, because of rounding.
 const ROUNDING: f64 = 1e-6;
-/// Relative error of the target up to which a gain counts as matched.
+/// A gain counts as matched if its value differs from the reference law's value by at most this fraction.
 pub(super) const CLOSE: f64 = 0.02;
-/// Relative accuracy with which a gain is chosen. Settling times are multiples of a cycle, and a cycle is a four hundredth of the
-/// target.
+/// Relative accuracy of a chosen gain. More accuracy is of no use: settling times are multiples of the 5 ms cycle, about 1/400 of
+/// the reference law's settling time.
 const CHOSEN: f64 = 0.003;
 /// Largest gain that is tried [1/s].
 const HIGHEST: f64 = 1e4;
@@ -57,7 +56,7 @@ const HIGHEST: f64 = 1e4;
 /// The gain of a law on an arm.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Gain {
-    /// The quantity that this gain makes equal to that of the reference law.
+    /// The quantity that this gain makes equal for the law and the reference law.
     pub matched: Matched,
     /// The name of the law.
     pub law: String,
@@ -65,14 +64,14 @@ pub struct Gain {
     pub arm: String,
     /// The gain [1/s], as an argument of `Controller::with_law`.
     pub gain: f64,
-    /// The value of the reference law, on tasks that were not used to choose gains [s or rad/s].
+    /// The target: the reference law's value of the matched quantity, on tasks that were not used to choose gains [s or rad/s].
     pub target: f64,
-    /// The value that this gain reaches on the same tasks; `None` if more than half of the tasks fail.
+    /// The value of the matched quantity with this gain, on the same tasks; `None` if more than half of the tasks fail.
     pub reached: Option<f64>,
 }
 
 impl Gain {
-    /// Returns whether the gain reaches the target within 2 %, on other tasks than those on which it was chosen.
+    /// Returns whether the gain reaches the target within 2 %, on tasks that were not used to choose gains.
     pub fn is_matched(&self) -> bool {
         self.reached.is_some_and(|reached| (reached / self.target - 1.0).abs() < CLOSE)
     }
@@ -84,7 +83,7 @@ pub(super) struct Tasks<'a> {
     tasks: Vec<Task>,
 }
 
-/// The medians of the two quantities over some tasks.
+/// The median settling time \[s\] and peak joint speed [rad/s] over some tasks.
 #[derive(Clone, Copy, Debug)]
 struct Medians {
     settling_time: f64,
@@ -100,7 +99,7 @@ impl Medians {
     }
 }
 
-/// The two quantities of each of some tasks, each in ascending order.
+/// The settling times \[s\] and the peak joint speeds [rad/s] of some tasks, each list in ascending order.
 pub(super) struct Sorted {
     settling_time: Vec<f64>,
     peak_speed: Vec<f64>,
@@ -126,7 +125,7 @@ impl<'a> Tasks<'a> {
         Self::new(arm, JUDGE_SEED)
     }
 
-    /// Returns the medians of the two quantities for `law` with `gain`, over the first `count` tasks.
+    /// Returns the medians for `law` with `gain` over the first `count` tasks.
     fn medians(&self, law: Law, gain: f64, count: usize) -> Result<Medians, CompareError> {
         let runs = self.sorted(law, gain, count)?;
         let median = |matched: Matched| runs.of(matched)[count / 2];
@@ -156,8 +155,8 @@ impl<'a> Tasks<'a> {
     }
 }
 
-/// Returns the gain at which a law has the reference's median settling time on an arm. The law need not be registered. For a quick
-/// look, uses only a few tasks.
+/// Returns the gain at which a law has the reference's median settling time on an arm. The law need not be registered. The gain is
+/// approximate, from only a few tasks.
 ///
 /// # Errors
 /// The first error of a simulated run. There is none in practice.
@@ -202,7 +201,7 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
     Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| gain(matched, law))).collect()
 }
 
-/// Returns whether `kept` are the gains of all laws on these arms, with the targets that this program measures.
+/// Returns whether `kept` has the gains of all laws on these arms, and its targets equal the targets that this program measures.
 ///
 /// # Errors
 /// The first error of a simulated run; none in practice.
@@ -269,8 +268,8 @@ impl Search<'_> {
     }
 
     /// Returns the best of a few gains, starting from `near`. With k times the gain, a law follows the same path k times as fast,
-    /// apart from the effects of the control period and of gain limits. So each step multiplies the gain by the ratio of the value
-    /// to the target.
+    /// apart from the effects of the control period and of gain limits. So each step multiplies the gain by the measured value
+    /// divided by the target (for a settling time), or by the inverse of this ratio (for a peak speed).
     fn fine(&self, near: f64) -> Result<f64, CompareError> {
         const STEPS: usize = 5;
         let (mut gain, mut best) = (near, (f64::INFINITY, near));

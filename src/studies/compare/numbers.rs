@@ -25,7 +25,7 @@ pub(super) fn median(interval: Option<Interval>) -> String {
     interval.map_or("-".to_owned(), |interval| bracketed(interval, number))
 }
 
-/// Formats a time \[s\]. A time beyond the horizon is written as such.
+/// Formats a time \[s\]. A time beyond the horizon is written as "> horizon".
 pub(super) fn time(interval: Option<Interval>, horizon: f64) -> String {
     let told = |time: f64| if time < horizon { number(time) } else { format!("> {horizon}") };
     match interval {

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 /// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct End {
-    /// When the task had settled \[s\]; `None` if it has not.
+    /// The settling time \[s\]; `None` if the task has not settled.
     pub settled: Option<f64>,
     /// Whether parts of the arm passed through each other in the motion.
     pub through_itself: bool,
@@ -42,7 +42,8 @@ impl Paired {
         [0, 1].map(|way| self.tasks.iter().filter(alone(way)).count())
     }
 
-    /// Returns by how much later tasks settle under the second condition \[s\]: the median of the tasks that settle under both.
+    /// Returns how much later tasks settle under the second condition \[s\]: the median difference over the tasks that settle
+    /// under both conditions.
     pub fn later(&self) -> Option<Interval> {
         let both = self.tasks.iter().filter_map(|[first, second]| Some(second.settled? - first.settled?));
         let mut differences: Vec<_> = both.collect();
@@ -74,7 +75,7 @@ impl Paired {
     /// Returns a table of the `rows`. `first` and `second` are the names of the two conditions.
     ///
     /// The columns are: the percentages of tasks that settle with their 95 % intervals; the numbers of tasks that differ; the
-    /// probability that the difference is chance; and by how much later tasks settle under the second condition.
+    /// probability that the difference is chance; and how much later tasks settle under the second condition.
     pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> String {
         let mut table = format!(
             "| law | arm | tasks | settled, {first} [%] | settled, {second} [%] | only {first}, only {second} | p | {second} later [s] | not \

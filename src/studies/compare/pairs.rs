@@ -48,10 +48,11 @@ pub struct Comparison {
     pub laws: [String; 2],
     /// The number of tasks that are compared.
     pub pairs: usize,
-    /// The number of tasks on which the first law has a larger value, and the number on which the second law has.
+    /// The number of tasks on which the first law has the larger value, and the number on which the second law has the larger
+    /// value.
     pub more: [usize; 2],
-    /// The first law's value less the second law's. For percentages it is the difference in points; for the other quantities it is
-    /// the median of the tasks' differences.
+    /// The first law's value less the second law's value. For percentages, it is in percentage points; for the other quantities,
+    /// it is the median of the differences over the tasks.
     pub difference: Interval,
     /// The probability that chance alone makes the two numbers in `more` at least as different as they are.
     pub p: f64,
@@ -114,8 +115,9 @@ impl Interval {
     }
 }
 
-/// Makes all comparisons. On all arms together, with gains for equal settling time, compares every pair of laws; otherwise compares
-/// each law with the reference. Adjusts the probabilities of these comparisons together with those of the comparisons `more`.
+/// Makes all comparisons. On all arms together, with gains for equal settling time, compares every pair of laws; otherwise
+/// compares each law with the reference. Adjusts the probabilities of these comparisons together with the probabilities of the
+/// comparisons `more`.
 pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
     let mut all = Vec::new();
     for limits in [false, true] {
@@ -164,8 +166,8 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Returns the number of pairs, the numbers of pairs in which the first and the second member have the larger value, and the
-/// difference. `None` if the laws have no task that both settle.
+/// Compares two laws task by task. Returns the number of pairs, the numbers of pairs in which the first and the second law have
+/// the larger value, and the difference. `None` if the laws have no task that both settle.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

@@ -1,5 +1,5 @@
-//! The runs of other programs under the arms' limits. The reference law, with a servo parameter at its second value, is compared
-//! with these programs.
+//! The runs of other programs under the arms' limits. They are compared with runs of the reference law at the second value of a
+//! servo parameter.
 
 use super::paired::{End, Paired};
 use super::record::Record;
@@ -12,7 +12,7 @@ use std::path::Path;
 pub struct PeerRuns(BTreeMap<(String, String), Vec<Option<f64>>>);
 
 impl PeerRuns {
-    /// Reads `peers.jsonl` in the folder, if it exists. The tasks of these runs are those in `tasks.jsonl`.
+    /// Reads `peers.jsonl` in the folder, if the file exists. The runs are of the tasks in `tasks.jsonl`.
     ///
     /// # Errors
     /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] if a program has not run the first tasks of
@@ -40,7 +40,8 @@ impl PeerRuns {
         if runs.are_of(study, &theirs.lines().collect())? { Ok(runs) } else { Err(other()) }
     }
 
-    /// Returns whether the tasks that the programs have run are those of the study, as far as the study has them.
+    /// Returns whether the programs have run the study's tasks, as far as both have them. `theirs` has the lines of the programs'
+    /// tasks.
     fn are_of(&self, study: &Study, theirs: &HashSet<&str>) -> Result<bool, CompareError> {
         for arm in &study.arms {
             let counts = self.0.iter().filter(|((_, of), _)| *of == arm.name).map(|(_, tasks)| tasks.len());

@@ -1,4 +1,4 @@
-//! Other programs on the tasks of the comparison. `tests/benches/compare_peers.py` runs them.
+//! Other programs that run the tasks of the comparison. `tests/benches/compare_peers.py` runs these programs.
 
 use super::pairs::{Comparison, FIGURES, Quantity, compared};
 use super::record::Record;
@@ -19,7 +19,7 @@ pub struct Peer {
     pub gains: [f64; 2],
 }
 
-/// The runs of other programs on the first tasks of each arm, and those of the reference law.
+/// The runs of other programs and of the reference law on the first tasks of each arm.
 #[derive(Clone, Debug, Default)]
 pub struct Peers {
     summary: Summary,
@@ -67,7 +67,7 @@ impl Peers {
         key
     }
 
-    /// Returns the results of every program and of the reference law; none if no other program has run.
+    /// Returns the results of every program and of the reference law; empty if no other program has run.
     pub(super) fn cells(&self) -> Vec<Peer> {
         let gains = |cell: &Cell| self.gains.get(&cell.key).copied().unwrap_or_default();
         self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()

@@ -27,7 +27,7 @@ pub struct Record<'a> {
     pub gain: f64,
     /// How the run ended: settled, or the reason of the failure.
     pub outcome: Cow<'a, str>,
-    /// The time from which both errors stay below 2 % of their initial values; `None` if they do not.
+    /// The time from which both errors stay below 2 % of their initial values \[s\]; `None` if they do not.
     pub settling_s: Option<f64>,
     /// The tool's path length divided by the distance between the ends of the path; `None` if that distance is below a millimeter.
     pub path_ratio: Option<f64>,

@@ -64,7 +64,7 @@ impl Laws<'_> {
         self.findings.comparison(quantity, Matched::SettlingTime, ALL_ARMS, true, law, other)
     }
 
-    /// Returns the law among `others` whose difference from `law` is the least certain.
+    /// Returns the law among `others` whose difference from `law` is the least significant.
     fn nearest(&self, quantity: Quantity, law: Law, others: &[Law]) -> Option<(Law, Comparison)> {
         let compared = |other: &Law| Some((*other, self.compared(quantity, law, *other)?));
         let each = others.iter().filter(|other| **other != law).filter_map(compared);

@@ -37,7 +37,7 @@ fn keep(file: &Path, text: &str) -> std::io::Result<()> {
 }
 
 /// Yields the conditions under which every law runs every task. Gains for equal peak speed only show whether the choice of the
-/// matched quantity matters. Fresh joint states are enough for that.
+/// matched quantity matters. For that purpose, fresh joint states are enough.
 fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
     Matched::ALL.into_iter().flat_map(|matched| {
         let plants = if matched == Matched::SettlingTime { &PLANTS[..] } else { &PLANTS[..1] };
@@ -153,8 +153,8 @@ impl Study {
 
     /// Yields the number of one run of each cell. Each of these runs is of another task.
     pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
-        /// The distance between the numbers of these tasks. It is prime, so that it has no common factor with usual numbers of
-        /// tasks.
+        /// The distance between the task numbers of successive cells. It is prime, so that it has no common factor with usual
+        /// numbers of tasks.
         const STRIDE: u64 = 7919;
         let tasks = u64::from(self.tasks);
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)

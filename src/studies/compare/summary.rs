@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The 97.5 % quantile of the normal distribution. In 95 of 100 studies, intervals with it contain the true value.
+/// The 97.5 % quantile of the normal distribution. In 95 of 100 studies, intervals with this quantile contain the true value.
 pub(super) const Z: f64 = 1.959_964;
 
 /// A figure with its 95 % confidence interval.
@@ -71,7 +71,7 @@ impl Key {
         Self { matched, arm: arm.to_owned(), limits, plant: plant.to_owned(), law }
     }
 
-    /// Creates the key of a run on `arm`. `arm` may also be `all`.
+    /// Creates the key of the cell to which `record` belongs, for `arm` or for `all` arms.
     pub(super) fn of(record: &Record, arm: &str) -> Self {
         Self {
             matched: record.matched.clone().into_owned(),
@@ -104,11 +104,12 @@ pub struct Cell {
     pub settled_percent: Interval,
     /// The number of failed runs for each reason.
     pub failures: BTreeMap<String, usize>,
-    /// The median settling time to 2 % of all runs \[s\]. A failed run counts as later than the horizon. An end of the interval
-    /// that equals the horizon stands for a time beyond it.
+    /// The median settling time of all runs \[s\]; a run has settled when its errors stay below 2 % of their initial values. A
+    /// failed run counts as later than the horizon. An end of the interval that equals the horizon stands for a time beyond the
+    /// horizon.
     pub settling_s: Option<Interval>,
-    /// The number of tasks for the medians below: the tasks that are settled by every law that settles at least half of all tasks.
-    /// `None` if the law of this cell settles fewer than half.
+    /// The number of tasks for the medians of path, overshoot, effort and speed. These are the tasks that every law settles,
+    /// except laws that settle fewer than half of all tasks. `None` if the law of this cell is such a law.
     pub common: Option<usize>,
     /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,

@@ -1,7 +1,7 @@
 //! Compares how many tasks settle under the servo's limits for two values of a parameter.
 //!
-//! Start and goal of each task are the poses of joint positions within the limits, so all goals can be reached. Each law runs each
-//! task twice, with the gain for equal settling time and fresh joint states.
+//! Start and goal of each task are tool poses at joint positions within the limits, so all goals can be reached. Each law runs
+//! each task twice, with the gain for equal settling time and fresh joint states.
 
 use super::closed_loop::{ClosedLoop, HORIZON};
 use super::conditions::PLANTS;
@@ -55,7 +55,7 @@ impl Switch {
     /// Returns the time after which a loop that has not settled counts as failed.
     pub fn horizon(self) -> Duration {
         match self {
-            // A motion stalls before its reconfiguration, which takes `progress_timeout`.
+            // A reconfiguration begins only after the motion has stalled, which takes `progress_timeout`.
             Self::Reconfigure => Duration::from_secs(60),
             Self::Constraints | Self::Posture => HORIZON,
         }

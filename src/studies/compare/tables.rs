@@ -27,7 +27,7 @@ pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> St
     table
 }
 
-/// Returns the columns from `settled` to `peak` for a cell.
+/// Returns the table columns from `settled` to `peak` for a cell.
 fn of_cell(cell: &Cell, findings: &Findings) -> String {
     let settled = [percent(Some(cell.settled_percent)), time(cell.settling_s, findings.horizon_s)];
     let figures = [cell.path_ratio, cell.overshoot_mm, cell.effort, cell.peak_rad_s].map(median);

@@ -1,4 +1,4 @@
-//! Explains why gains miss their targets, by the tasks on which the choice is judged.
+//! Explains why gains miss their targets: with results on the tasks that judge the choice of gains.
 
 use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};
@@ -13,7 +13,8 @@ pub struct Unmatched {
     /// The gain, with its target and its value.
     #[serde(flatten)]
     pub gain: Gain,
-    /// The value with this gain [s or rad/s], with the 95 % interval of the median. A settling time is at most the horizon.
+    /// The median of the matched quantity with this gain [s or rad/s], with its 95 % interval. A settling time is at most the
+    /// horizon.
     pub median: Interval,
     /// The median settling time with half an octave less gain, and with half an octave more gain \[s\]. The value is the horizon if
     /// more than half of the tasks fail. `None` for equal peak speed, which grows with the gain.
@@ -31,7 +32,7 @@ impl Unmatched {
         50.0 * (self.median.high - self.median.low) / self.median.value
     }
 
-    /// Returns the number of tasks with which half the interval's width would be 2 % of the median.
+    /// Returns the number of tasks that would reduce half the interval's width to 2 % of the median.
     pub fn tasks_needed(&self) -> f64 {
         PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
     }

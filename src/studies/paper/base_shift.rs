@@ -18,7 +18,8 @@ pub struct Shifted {
     pub gain: f64,
     /// The shift of the base along x.
     pub shift_m: f64,
-    /// The largest distance, at equal times, from the path with the first shift. Both paths are relative to the arm.
+    /// The largest distance, at equal times, between this path and the path with the first shift. Both paths are relative to the
+    /// arm.
     pub deviation_mm: f64,
 }
 
@@ -43,7 +44,7 @@ const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
 /// Returns a figure with a panel for each law, at the same scale. The first panel shows the beginning of diffc's motion.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
-    /// The time from which the paths converge \[s\], and the time at which diffc's motion is nearly over.
+    /// The time from which the paths converge, and the time at which diffc's motion is nearly over \[s\].
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {
         series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
@@ -93,7 +94,7 @@ fn deviations(run: &SimulatedRun, other: &SimulatedRun) -> impl Iterator<Item = 
     pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
 }
 
-/// Returns a curve for each run except the first one, with which the others are compared.
+/// Returns a curve for each run except the first: its distance from the first run.
 fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
     let curve = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| Series {
         name: format!("{law}, base moved by {shift} m"),

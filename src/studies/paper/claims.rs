@@ -15,13 +15,13 @@ pub struct Evidence<'a> {
     pub runs: &'a Runs,
     /// The rows of the comparison: diffc with logc's gain, diffc, logc, double_geodesic.
     pub comparison: &'a [Row; 4],
-    /// The figures of logc as the paper integrated it.
+    /// The figures of logc as the paper integrated it, in task space.
     pub theirs: &'a TaskSpaceMetrics,
     /// The results of equations 33 to 36.
     pub logarithms: &'a LogarithmEquations,
     /// The results of equations 13, 31 and 32.
     pub pose: &'a PoseEquations,
-    /// The results of both laws with other gains.
+    /// The results of diffc and logc with other gains.
     pub swept: &'a [Swept],
 }
 
@@ -166,7 +166,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     )
 }
 
-/// Returns whether the first motion settled, and earlier than the second one.
+/// Returns whether the first motion settled, and settled earlier than the second motion (or the second never settled).
 fn sooner(first: Option<f64>, second: Option<f64>) -> bool {
     first.is_some_and(|first| second.is_none_or(|second| first < second))
 }

@@ -7,7 +7,7 @@ use dq_kinematics::arm::ArmState;
 /// Numbers that differ by at most this differ only by rounding.
 const EQUAL: f64 = 1e-12;
 
-/// An eigenvalue counts as 0 if it is below this fraction of the largest one.
+/// An eigenvalue counts as 0 if it is below this fraction of the largest eigenvalue.
 const ZERO: f64 = 1e-12;
 
 /// Judges the claim of section 2.3.1. J is 8×n, so the 8×8 product `J Jᵀ` has at most rank 6. Errors in the null space of Jᵀ move
@@ -64,8 +64,8 @@ pub(super) fn is_the_pose(pose: &PoseEquations) -> Claim {
     )
 }
 
-/// Judges the claim of section 6 about equation 32. The equation uses the sum of the logarithms of the two factors of eq. 31 as the
-/// logarithm of their product. By eq. 34, the sum is not that logarithm.
+/// Judges the claim of section 6 about equation 32. The equation uses the sum of the logarithms of the two factors of eq. 31 as
+/// the logarithm of their product. But eq. 34 says that the sum is not the logarithm of the product.
 pub(super) fn is_the_logarithm(pose: &PoseEquations) -> Claim {
     Claim::new(
         "the logarithm of a pose is ½ θ k + ε ½ t (eq. 32)",

@@ -23,8 +23,8 @@ pub struct LogarithmEquations {
 }
 
 impl LogarithmEquations {
-    /// Evaluates the equations for a pose `q` and its factor `q₁`. `q₂` is assembled from parts of `q₁* q`, so that equality is not
-    /// trivial.
+    /// Evaluates the equations for a pose `q` and its factor `q₁`. `q₂` is computed from the half-log pair of `q₁* q`, so that
+    /// equality is not trivial.
     pub fn new(q: &UnitDualQuaternion, q1: &UnitDualQuaternion) -> Self {
         let relative = q1.inverse() * *q;
         let q2 = UnitDualQuaternion::half_exp(&relative.half_log());

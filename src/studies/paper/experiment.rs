@@ -40,7 +40,7 @@ pub struct Diffc {
     pub low_gain: f64,
     /// The duration of the motion \[s\].
     pub duration: f64,
-    /// The duration of figure 7, in which K equals logc's gain \[s\].
+    /// The duration of the motion in figure 7, in which K equals logc's gain \[s\].
     pub low_gain_duration: f64,
 }
 
@@ -82,7 +82,7 @@ pub struct Comparison {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseShift {
-    /// The shifts of the base along x \[m\]. The motions with later shifts are compared with the one with the first shift.
+    /// The shifts of the base along x \[m\]. The motions with later shifts are compared with the motion with the first shift.
     pub distances: Vec<f64>,
     /// The duration of the motion \[s\].
     pub duration: f64,
@@ -140,9 +140,9 @@ impl Experiment {
             ("base_shift.duration", self.base_shift.duration),
             ("wrong_sign.duration", self.wrong_sign.duration),
         ];
-        /// The largest allowed number. A larger one is probably a typing error; as a time \[s\], it would fill the memory with
-        /// samples.
+        /// The largest allowed number. A larger number is probably a typing error.
         const LARGEST: f64 = 1e4;
+        /// The longest allowed duration \[s\]. A longer motion would fill the memory with samples.
         const LONGEST: f64 = 600.0;
         if !self.theta_initial.iter().chain(&self.theta_desired).all(|angle| angle.abs() <= LARGEST) {
             return Err(format!("theta_initial and theta_desired: expected angles within ±{LARGEST} rad"));

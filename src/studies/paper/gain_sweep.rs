@@ -1,4 +1,4 @@
-//! Both laws with more gain and with less gain: which figures change, and which do not.
+//! Runs diffc and logc with higher and lower gains, to show which figures change and which do not.
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;
@@ -20,7 +20,7 @@ pub struct Swept {
     pub part: f64,
     /// The largest joint speed [rad/s].
     pub peak_rad_s: f64,
-    /// The settling time to 2 % of rotation and position \[s\].
+    /// The time until the errors of rotation and position stay below 2 % of their initial values \[s\].
     pub settling_s: Option<f64>,
     /// The path length divided by the distance between the ends of the path.
     pub path_ratio: Option<f64>,

@@ -13,21 +13,22 @@ pub struct Metrics {
     #[serde(flatten)]
     pub figures: Figures,
     /// The time from which each joint stays within 2 % of its position at the goal. `None` if the joint does not stay there, or if
-    /// that position is 0.
+    /// its position at the goal is 0.
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
     /// The distance from start to goal.
     pub distance_m: f64,
-    /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular value
-    /// in the figures is 0. The samples would give an arbitrary value, because none of them is exactly at the singularity.
+    /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular
+    /// value in the figures is 0. The smallest value of the samples would be arbitrary, because no sample is exactly at the
+    /// singularity.
     pub singularity_crossed: bool,
     /// When the determinant changed its sign, to the accuracy of a sample.
     pub singularities_crossed_s: Vec<f64>,
-    /// The final error of each joint as a percentage of its position at the goal; `None` if that position is 0.
+    /// The final error of each joint as a percentage of its position at the goal; `None` if its position at the goal is 0.
     pub joint_error_percent: Vec<Option<f64>>,
 }
 
 impl Laboratory {
-    /// Computes the figures of a run, as [`MotionMeter`] defines them, and those of the joints.
+    /// Computes the figures of a run, as [`MotionMeter`] defines them, and the figures of its joints.
     ///
     /// # Errors
     /// [`PaperError::Arm`] if the run belongs to another arm.

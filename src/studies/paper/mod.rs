@@ -34,7 +34,7 @@ pub use task_space::{TaskSpaceLogc, TaskSpaceMetrics, half_log_rate};
 use dq_kinematics::arm::ArmError;
 use thiserror::Error;
 
-/// The reason why the work could not be reproduced.
+/// The reason why the reference work could not be reproduced.
 #[derive(Debug, Error)]
 pub enum PaperError {
     /// The file of constants is invalid.

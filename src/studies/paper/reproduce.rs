@@ -1,4 +1,4 @@
-//! Reproduces all results of the paper at once, and adds further ones.
+//! Reproduces all results of the paper, and adds further results.
 
 use super::claim::Claim;
 use super::claims::{Evidence, claims};
@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// The reproduced results.
 pub struct Reproduction {
-    /// The figures `fig1` to `fig9` and the joint angles of section 4, then further ones.
+    /// The figures `fig1` to `fig9` and the joint angles of section 4, then further figures.
     pub figures: Vec<Figure>,
     /// The comparison of section 8 of the paper.
     pub comparison: [Row; 4],

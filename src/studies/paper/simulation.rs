@@ -20,14 +20,15 @@ pub struct Trajectory {
 /// third of the path.
 pub const INTERVAL: f64 = 1e-3;
 
-/// The relative and the absolute tolerance of an integration step, for the figures and for the comparison with the reference work.
+/// The relative tolerance of an integration step.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
+/// The absolute tolerance of an integration step \[rad, m\].
 const ABSOLUTE_TOLERANCE: f64 = 1e-11;
 
 /// Largest number of steps of an integration. More steps indicate an endless motion.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Returns the times of the samples. The last one is exactly the end.
+/// Returns the times of the samples \[s\], the last of which is at most `duration`.
 fn times(duration: f64) -> Vec<f64> {
     let last = (duration / INTERVAL + 1e-9) as u32;
     (0..=last).map(|count| (f64::from(count) * INTERVAL).min(duration)).collect()
@@ -78,7 +79,7 @@ pub fn follow(
 }
 
 impl Trajectory {
-    /// Returns the controlled poses along the path: those of the tool, or those of the right tool in the left tool's frame.
+    /// Returns the controlled poses along the path: poses of the tool, or poses of the right tool in the left tool's frame.
     pub fn poses(&self, mut arms: Arms) -> Vec<UnitDualQuaternion> {
         let pose = |theta: &Vec<f64>| {
             arms.evaluate(theta);

@@ -28,7 +28,7 @@ pub struct TaskSpaceMetrics {
     /// The half-log pair at the start \[rad, m\].
     pub initial: [f64; 6],
     /// The time from which each component of the half-log pair stays within 1e-3 of zero \[s\]. `None` if the component does not
-    /// stay there, or was never outside.
+    /// stay within 1e-3, or was never outside.
     pub last_crossing_s: [Option<f64>; 6],
     /// The time from which the rotation error stays below 2 % of its initial value \[s\]; `None` if the error does not.
     #[serde(rename = "settling_time_2_percent_rotation_s")]
@@ -36,7 +36,7 @@ pub struct TaskSpaceMetrics {
     /// The time from which the translation error stays below 2 % of its initial value \[s\]; `None` if the error does not.
     #[serde(rename = "settling_time_2_percent_position_s")]
     pub settling_time_position: Option<f64>,
-    /// The path length divided by the distance from start to goal.
+    /// The path length of the tool divided by the distance from start to goal.
     pub path_ratio: f64,
 }
 
@@ -103,7 +103,8 @@ impl TaskSpaceLogc {
         Some(self.times[last] + part * (self.times[last + 1] - self.times[last]))
     }
 
-    /// Returns the time from which the three components from `first` on stay below 2 % of their initial size \[s\].
+    /// Returns the time from which the three components with the indices from `first` to `first + 2` stay below 2 % of their
+    /// initial size \[s\].
     fn settled(&self, first: usize) -> Option<f64> {
         let size = |half_log: &Vector6<f64>| half_log.fixed_rows::<3>(first).norm();
         let mut settling = Settling::new(self.half_logs.first().map_or(0.0, size), 0.0);

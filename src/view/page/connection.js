@@ -6,7 +6,7 @@ const LONGEST_SILENCE = 3000;
 const isUnauthorized = () => fetch("/", { signal: AbortSignal.timeout(LONGEST_SILENCE) }).then(({ status }) => status === 403, () => false);
 
 export class Connection {
-  // `on` has a function for each kind of frame (hello, robot, arm_shape, markers, now, race, run) and lost(reason, forGood).
+  // `on` has a function for each kind of message (hello, robot, arm_shape, markers, now, race, run) and lost(reason, forGood).
   constructor(on) {
     this.on = on;
     this.waiting = new Map();

@@ -13,7 +13,7 @@ use std::time::Duration;
 /// alike).
 const STUCK: f64 = 1e-2;
 
-/// A law counts as stuck only if it drives no joint faster than this [rad/s].
+/// A law counts as stuck only if it drives no joint faster than this [rad/s, prismatic: m/s].
 const STANDING: f64 = 0.05;
 
 /// A law counts as stuck only after the conditions [`STUCK`] and [`STANDING`] have been true for this time.
@@ -25,8 +25,8 @@ const HELD_UP: f64 = 0.1;
 /// A pull is assumed only at commanded speeds above this [rad/s, prismatic: m/s].
 const PULLED: f64 = 1e-3;
 
-/// Another escape begins only if the error is below this factor times the error at the beginning of the last one. So escapes cannot
-/// lead in circles.
+/// Another escape begins only if the error is below this factor times the error at the beginning of the last escape. So escapes
+/// cannot lead in circles.
 const NEARER: f64 = 0.999;
 
 impl Servo {
@@ -66,7 +66,8 @@ impl Servo {
         self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 
-    /// Begins the escape that was found, unless the error is as large as when the last escape began. Returns whether it begins.
+    /// Begins the escape that was found, unless the error is as large as when the last escape began. Returns whether the escape
+    /// begins.
     fn leave(&mut self, error: f64) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         let escape = &mut pursuit.watch.escape;
@@ -82,8 +83,8 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
-    /// Returns [`Stall::Sagging`] if a pull at the joints balances the law. Then the joint with the largest pull loses most of its
-    /// command to the pull.
+    /// Returns [`Stall::Sagging`] if a pull at the joints cancels the law's velocity. In that case, the joint with the largest pull
+    /// loses most of its command to the pull.
     fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
         // A standing arm loses all of its command.

@@ -14,9 +14,9 @@ use std::time::Duration;
 impl Servo {
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame.
     ///
-    /// A goal begins a new motion, unless it arrives within [`STREAM`](crate::servo::STREAM) of the last one from the same
-    /// publisher. Then it only moves the goal of the motion in progress. A goal that equals the last one within the tolerances (−q
-    /// equals q) ends a stall only after a silence of `progress_timeout`.
+    /// A goal begins a new motion, unless it arrives within [`STREAM`](crate::servo::STREAM) of the last goal from the same
+    /// publisher. Then it only moves the goal of the motion in progress. A goal that equals the last goal within the tolerances
+    /// (−q equals q) ends a stall only after a silence of `progress_timeout`.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid goal remains. While a twist is in force, the servo rejects every goal.
@@ -145,7 +145,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Tells the oscillation monitor how the change of the goal from `before` to the present one has changed the law's error.
+    /// Tells the oscillation monitor how the law's error has changed with the change from the goal `before` to the present goal.
     fn tell_oscillation(&mut self, before: Option<Goal>) {
         let after = self.mode.pursuit().map(|pursuit| pursuit.goal);
         let (Some(before), Some(after)) = (before, after.filter(|after| before.as_ref() != Some(after)))

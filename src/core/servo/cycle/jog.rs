@@ -15,7 +15,8 @@ impl Servo {
 
     /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that its
     /// publisher sends without a silence are one [`MotionRequest`], as of a user who holds a joystick. A zero twist ends this
-    /// request, as if the joystick were released, and does not drop a goal. If two publishers send twists, the first one counts.
+    /// request, as if the joystick were released, and does not drop a goal. If two publishers send twists, the first publisher
+    /// counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -86,7 +87,7 @@ impl Servo {
         self.mode.jog().is_some_and(|jog| self.is_fresh(jog, now))
     }
 
-    /// Computes the joint velocity at which the tool moves by the twist.
+    /// Computes the joint velocity at which the tool moves with the twist.
     pub(super) fn obey(&mut self, twist: &Twist) {
         let Twist { linear, angular, in_tool } = *twist;
         let rotation = self.robot.predicted.tool_axes();

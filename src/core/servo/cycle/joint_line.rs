@@ -16,10 +16,11 @@ pub(super) struct JointLine {
     /// The end of the line \[rad, prismatic: m\], one number per joint.
     pub positions: Vec<f64>,
     pub kinds: Vec<JointKind>,
-    /// The arms at a point of the line. The next field has the joint positions at that point.
+    /// The arms at a point of the line.
     trial: Arms,
+    /// The joint positions at that point of the line \[rad, prismatic: m\].
     place: Vec<f64>,
-    /// The remaining displacement of each joint.
+    /// The remaining displacement of each joint \[rad, prismatic: m\].
     rest: Vec<f64>,
 }
 

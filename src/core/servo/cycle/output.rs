@@ -12,8 +12,9 @@ use std::time::Duration;
 pub(super) struct Output {
     /// The desired velocity, which the filters turn into the next motion [rad/s, prismatic: m/s].
     pub velocity: Vec<f64>,
-    /// The motion of the last command. The command is this motion plus the hold, which balances the pull at each joint.
+    /// The last command without the hold, which balances the pull at each joint [rad/s, prismatic: m/s].
     pub motion: Vec<f64>,
+    /// The last command, with the hold [rad/s, prismatic: m/s].
     pub command: Vec<f64>,
     pub filters: Filters,
     pub latched_limits: LatchedLimits,
@@ -30,7 +31,7 @@ pub(super) struct Output {
 /// The obstacles that keep a driven arm from its desired motion.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hindrance {
-    /// The joint (counted from 1) that its position limit stops.
+    /// The joint (counted from 1) stopped by its position limit.
     pub at_limit: Option<usize>,
     /// The pair that would come too close to each other.
     pub pair: Option<ClosePair>,

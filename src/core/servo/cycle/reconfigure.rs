@@ -11,8 +11,8 @@ use crate::servo::{
 };
 use std::time::Duration;
 
-/// A search that has not answered for this long after a stall counts as failed. By then the arm stands, which takes at most a
-/// second.
+/// A search counts as failed if it has not answered within this time after a stall. Stopping the arm takes at most one second of
+/// this time.
 const ANSWER: Duration = Duration::from_secs(2);
 
 /// The law takes over if every joint is this near to the end of the line \[rad, prismatic: m\].

@@ -23,9 +23,9 @@ pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f6
 }
 
 impl Servo {
-    /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. If there are several in one cycle, the
-    /// last valid one counts. Returns whether its publisher is the one in use: if two publishers send states of one arm, only those
-    /// of the first one are used.
+    /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. If there are several joint states in
+    /// one cycle, the last valid one counts. Returns whether its publisher is the one in use: if two publishers send states of one
+    /// arm, the servo uses only the states of the first publisher.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid joint state remains.
@@ -103,7 +103,6 @@ impl Servo {
         }
     }
 
-    /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
     /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
     /// only one publisher; `None` if no such input has two.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
@@ -191,8 +190,8 @@ impl Servo {
         fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
     }
 
-    /// Returns the state in which the arm must stand, and its reason. `None` if the arm may be driven. If several states apply, the
-    /// first one counts.
+    /// Returns the state in which the arm must stand, and its reason. `None` if the arm may be driven. If several states apply,
+    /// returns the first of them.
     pub(super) fn reason_to_stand(
         &self,
         now: Duration,

@@ -1,6 +1,6 @@
 //! Saves and restores the state of a servo. A restored servo computes the same commands, bit for bit, as the saved one.
 //!
-//! The state is everything that the next cycle needs from the last one. It does not include settings, kinematics, counts of
+//! The state is everything that the next cycle needs from earlier cycles. It does not include settings, kinematics, counts of
 //! rejections, or buffers that each cycle overwrites before it reads them.
 
 use super::output::SavedOutput;

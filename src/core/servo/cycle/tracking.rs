@@ -26,8 +26,8 @@ const TREND: (f64, f64) = (LINGERING, 0.9);
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
 /// A motion stalls after `CLOSED` without progress if the arm stands, and no small motion of the joints brings it nearer to the
-/// goal. The arm stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]. A slower arm that still creeps may be passing
-/// a saddle.
+/// goal. The arm stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]. An arm that creeps a little faster may be
+/// passing a saddle.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 

@@ -18,7 +18,7 @@ impl Place {
         Self { time: time.as_secs_f64(), point: pose.translation(), turn: pose.rotation() }
     }
 
-    /// Returns the distance from `other` \[m, rad\].
+    /// Returns the distances of position and rotation from `other` \[m, rad\].
     pub fn distances(&self, other: &Self) -> [f64; 2] {
         [(self.point - other.point).norm(), self.turn.angle_to(&other.turn)]
     }
@@ -43,7 +43,7 @@ impl Spread {
         self.count += 1.0;
     }
 
-    /// Returns the root mean square distances from the mean \[m, rad\].
+    /// Returns the root mean square distances of position and rotation from the mean \[m, rad\].
     pub fn sizes(&self) -> [f64; 2] {
         let (point, turn) = (self.points / self.count, self.turns / self.count);
         // Between two unit quaternions, the angle is half the angle of rotation.

@@ -1,4 +1,5 @@
-//! Keeps the arm clear of its scene: finds the velocity nearest to the desired one at which no gap closes too fast.
+//! Keeps the arm clear of its scene: of the velocities that close no gap too fast, finds the velocity nearest to the desired
+//! velocity.
 
 use super::FilterInput;
 use crate::servo::{Arms, ClosePair};
@@ -8,9 +9,9 @@ use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 /// The distance below which the arm does not close gaps \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
-/// The time constant with which a gap approaches the clearance is at least this many cycles. It is also at least the next number
-/// times the delay, as for a position limit.
+/// The least time constant with which a gap approaches the clearance, in cycles.
 const CYCLES: f64 = 20.0;
+/// The least time constant with which a gap approaches the clearance, in delays; as for a position limit.
 const DELAYS: f64 = 5.0;
 
 /// The fraction of the acceleration limit that braking for gaps uses.
@@ -30,8 +31,9 @@ const AROUND: f64 = 0.05;
 /// Largest number of gaps that constrain the velocity.
 const MOST_GAPS: usize = 200;
 
-/// Replaces the desired velocity by the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987). The
-/// velocity also keeps the joints' speed limits, and the limits on speed near position limits.
+/// Replaces the desired velocity by the nearest velocity with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987).
+/// Here `d_safe` is the clearance, and η the [`rate`] of approach. The velocity also keeps the joints' speed limits, and the
+/// limits on speed near position limits.
 ///
 /// If the tool's motion is the aim, the nearest velocity is the one with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
 /// θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing arm satisfies the constraints of all gaps that are
@@ -44,13 +46,13 @@ pub(super) struct Constraints {
     weights: Vec<f64>,
     wanted: Vec<f64>,
     slope: Vec<f64>,
-    /// For each gap constraint, the index of its pair in `near`. The gap constraints follow those of the joints.
+    /// For each gap constraint, the index of its pair in `near`. The gap constraints follow the constraints of the joints.
     owners: Vec<usize>,
     /// The closest of the pairs that were checked.
     pub closest: Option<ClosePair>,
     /// The pair that keeps the arm from the desired velocity.
     pub held_by: Option<ClosePair>,
-    /// The first joint (counted from 0) that its position limit stops.
+    /// The first joint (counted from 0) stopped by its position limit.
     pub held_back: Option<usize>,
 }
 
@@ -187,7 +189,8 @@ fn is_none(slope: &[f64]) -> bool {
 /// A gap counts as holding the arm if the constraints change the velocity by more than this fraction.
 const HELD: f64 = 0.1;
 
-/// Returns the rate η [1/s]: the fastest rate that braking, the control period and the delay allow.
+/// Returns the rate η [1/s] at which a gap may approach the clearance: the fastest that braking, the control period and the delay
+/// allow.
 fn rate(input: &FilterInput) -> f64 {
     let limits = &input.settings.limits;
     let braking = &input.joints.braking;
@@ -203,7 +206,7 @@ fn rate(input: &FilterInput) -> f64 {
 }
 
 impl Constraints {
-    /// Replaces `velocity`, one number per joint [rad/s, prismatic: m/s], by the nearest one that satisfies the constraints.
+    /// Replaces `velocity`, one number per joint [rad/s, prismatic: m/s], by the nearest velocity that satisfies the constraints.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
         let Some(scene) = input.settings.scene.as_deref() else { return };

@@ -33,7 +33,7 @@ impl LawDemand {
 
     /// Adds the motion to the posture in the null space of the law's inverse. For each joint, it uses only the speed that the
     /// tool's motion leaves within the limits on speed and position. So the motion to the posture neither slows the tool nor keeps
-    /// it from its goal. There is no such motion while the arm leaves a singularity.
+    /// the tool from its goal. While the arm escapes from a singularity, there is no motion to the posture.
     fn move_to_posture(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {
         let (gain, task) = (input.settings.posture.gain, input.settings.controller.aim.components());
         if goal.escape.is_some() || gain <= 0.0 || input.arms.joint_count() <= task {

@@ -1,6 +1,6 @@
 //! From the desired velocity to the command, in three steps: the demand, the constraints of the scene, and the envelope.
 //!
-//! The desired velocity is that of a law, of a twist, or of a straight line to another configuration.
+//! The desired velocity comes from a law, from a twist, or from a straight line to another configuration.
 
 mod constraints;
 mod demand;
@@ -29,7 +29,7 @@ pub(super) struct FilterInput<'a> {
     pub arms: &'a Arms,
     /// The goal of the law, or `None` if no law drives the arm.
     pub goal: Option<LawGoal<'a>>,
-    /// Whether the desired motion is one of the tool, from which the joints' motion follows.
+    /// Whether the desired motion is given as a motion of the tool, by a law or a twist, and not as a motion of the joints.
     pub by_tool: bool,
     pub link: &'a Link,
 }
@@ -41,7 +41,7 @@ pub(super) struct LawGoal<'a> {
     pub pose: UnitDualQuaternion,
     /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
-    /// The largest rate of the law that the robot's delay allows.
+    /// The largest rate that the robot's delay allows the law.
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
@@ -49,7 +49,7 @@ pub(super) struct LawGoal<'a> {
     pub posture: &'a [f64],
 }
 
-/// The commands that the final check has replaced by those of a stop.
+/// The count of commands that the final check has replaced by a stop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replaced {
     /// The number of replaced commands.
@@ -143,17 +143,17 @@ impl Filters {
         self.constraints.closest
     }
 
-    /// Returns the pair that kept the arm from its desired motion in the last cycle in which it was driven.
+    /// Returns the pair that kept the arm from its desired motion in the last cycle in which the arm was driven.
     pub fn held_by(&self) -> Option<ClosePair> {
         self.constraints.held_by.or(self.stoppable.held_by)
     }
 
-    /// Returns the joint (counted from 0) that its position limit stopped in the last cycle in which the arm was driven.
+    /// Returns the joint (counted from 0) that was stopped by its position limit in the last cycle in which the arm was driven.
     pub fn held_back(&self) -> Option<usize> {
         self.envelope.held_back.or(self.constraints.held_back)
     }
 
-    /// Returns the commands that the final check has replaced.
+    /// Returns the count of commands that the final check has replaced, and the last violation.
     pub fn replaced(&self) -> &Replaced {
         &self.replaced
     }

@@ -46,10 +46,11 @@ pub(super) struct Stoppable {
 struct StoppingPath {
     /// The travel of each joint after each cycle. The first cycle is at full speed.
     joints: Vec<Vec<Travel>>,
-    /// The largest decrease of each joint's speed per cycle [rad/s]. This is the braking of a stop.
+    /// The largest decrease of each joint's speed per cycle [rad/s, prismatic: m/s]. This is the braking of a stop.
     losses: Vec<f64>,
-    /// The control period as set. The next field is its recent mean \[s\].
+    /// The control period as set \[s\].
     period: f64,
+    /// The recent mean time between cycles \[s\].
     cycle: f64,
     /// The number of cycles that the stop takes.
     cycles: usize,
@@ -58,12 +59,13 @@ struct StoppingPath {
 /// The travel of one joint up to a cycle.
 #[derive(Clone, Copy)]
 struct Travel {
-    /// The displacement \[rad\].
+    /// The displacement \[rad, prismatic: m\].
     gone: f64,
-    /// The length of the path, including parts back and forth \[rad\].
+    /// The length of the path, including parts back and forth \[rad, prismatic: m\].
     length: f64,
-    /// The least speed so far [rad/s]. The next field is the largest speed so far.
+    /// The least speed so far [rad/s, prismatic: m/s].
     slowest: f64,
+    /// The largest speed so far [rad/s, prismatic: m/s].
     fastest: f64,
 }
 
@@ -75,7 +77,7 @@ impl StoppingPath {
         }
     }
 
-    /// Computes the travel of one joint from `speed` [rad/s] to rest.
+    /// Computes the travel of one joint from `speed` [rad/s, prismatic: m/s] to rest.
     fn follow(&mut self, input: &FilterInput, joint: usize, speed: f64) {
         let (most, jerk) =
             (input.joints.braking.decelerations[joint] * self.period, input.joints.braking.jerk_step(joint));
@@ -106,14 +108,14 @@ impl StoppingPath {
         self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
-    /// Returns the length of each joint's path during `cycles`, including parts back and forth \[rad\].
+    /// Returns the length of each joint's path during `cycles`, including parts back and forth \[rad, prismatic: m\].
     fn lengths(&self, cycles: &Range<usize>) -> impl Iterator<Item = f64> + Clone {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns by how much each joint's position after `cycles` cycles may be less, and by how much more, than computed \[rad\].
-    /// One cycle may have lasted twice its time. The joint may also have used the extra time of the mean period at once, or not at
-    /// all.
+    /// Returns how far each joint's position after `cycles` cycles may lie below and above the computed position \[rad, prismatic:
+    /// m\]. One cycle may have lasted twice its time. The mean time between cycles may exceed the control period: the joint may
+    /// have used this extra time at once, or not at all.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -136,8 +138,9 @@ impl StoppingPath {
 struct Open {
     /// The index of the pair in `near`.
     number: usize,
-    /// A lower bound of the pair's gap at the beginning of the part \[m\]. The next field is a lower bound at its end.
+    /// A lower bound of the pair's gap at the beginning of the part \[m\].
     here: f64,
+    /// A lower bound of the pair's gap at the end of the part \[m\].
     there: f64,
 }
 
@@ -220,7 +223,8 @@ impl PathCheck<'_> {
         self.placed.place(self.scene, self.input.arms.chains(), self.positions);
     }
 
-    /// Returns a lower bound of the gap after `cycles` cycles of the stop, at which the arm is placed \[m\].
+    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. The arm must be placed at its position at that
+    /// time.
     fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
         self.placed.slope(self.scene, pair, gap, self.slope);
         gap.distance - self.stop.spare(cycles, self.slope)
@@ -248,8 +252,8 @@ impl PathCheck<'_> {
         false
     }
 
-    /// Checks the beginning of the stop, at which the arm is placed, and its end after `end` cycles. Returns whether all gaps are
-    /// wide enough there. Adds the pairs that are undecided in between to `open`.
+    /// Checks the stop at its beginning, where the arm is placed, and at its end after `end` cycles. Returns whether all gaps are
+    /// wide enough at both. Adds the pairs that are undecided in between to `open`.
     fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
         open.clear();
         for (number, near) in self.near.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! The checks of the rig in each cycle: only requests move the arm, the output keeps the limits, and an arm that must move does.
+//! The checks of the rig in each cycle: only requests move the arm, the output keeps the limits, and an arm that must move does
+//! move.
 
 use super::{Arrived, Rig};
 use crate::opinion::{REST, Truth};
@@ -11,8 +12,8 @@ use std::time::Duration;
 /// The time within which an arm with consent must move, even if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A speed a little above the probing speed [rad/s]. The servo may command it to a joint that does not move for at most
-/// [`REFUSED_WITHIN`].
+/// A speed a little above the probing speed [rad/s]. For at most [`REFUSED_WITHIN`] (plus the delays) the servo may command more
+/// than this to a joint that does not move.
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 
@@ -52,12 +53,12 @@ impl Rig {
         self.check_that_it_moves(verdict, before);
     }
 
-    /// Returns whether the integral was ever on. After the integral has released a pull, the arm may stand.
+    /// Returns whether the parameter `integral` was ever on. Such an arm may stand for a while after its hold has ended.
     pub fn was_held(&self) -> bool {
         self.held > Duration::ZERO
     }
 
-    /// Returns whether the integral holds joints, or is releasing them.
+    /// Returns whether joints may have a hold: `integral` is on, or was on within [`REST`].
     fn is_held(&self) -> bool {
         self.now.saturating_sub(self.held) < REST
     }
@@ -71,7 +72,7 @@ impl Rig {
         let Some(sent) = self.output.clone() else { return Ok(()) };
         let settings = self.servo.settings();
         let (integral, takes_positions) = (settings.integral, settings.interface.takes_positions());
-        // The integral holds joints against a pull, and lets go of them slowly.
+        // With `integral`, joints have a hold against a pull. Afterwards the hold decreases slowly.
         if integral > 0.0 {
             self.held = self.now;
         }
@@ -96,7 +97,7 @@ impl Rig {
             steps.push((None, &on));
         }
         if takes_positions {
-            // Positions continue from the last output, or from the measured positions: at the last speed, or from rest.
+            // An output of positions continues from the last output at its speed, or from the measured positions at rest.
             if is_silent || gap != Truth::No {
                 steps.push((Some(&zeros), &on));
             }
@@ -109,7 +110,8 @@ impl Rig {
         }
         let result = self.outputs.check(&steps, self.now, standing);
         self.last_sent.clone_from(&sent);
-        // Positions return to a robot that behaves oddly. A hold continues where a robot stood by its own timeout.
+        // An output of positions may return to the measured positions of a robot that behaves oddly. A hold continues after a
+        // robot stood because of its own timeout.
         let is_free = match takes_positions {
             true => self.opinion.doubts(self.now),
             false => is_held && has_come,
@@ -198,7 +200,7 @@ impl Rig {
     pub(super) fn note_refusals(&mut self, asked: &[f64], done: &[f64], stays: &[f64]) {
         let refuses = done == stays && asked != stays;
         self.altered = (asked != done).then_some(refuses);
-        // A joint that does not move on a command may be held against a pull.
+        // A joint that does not move although it is commanded to may have a hold against a pull.
         let is_held = self.is_held();
         let takes_positions = self.servo.settings().interface.takes_positions();
         let on = |joint: usize| match takes_positions {

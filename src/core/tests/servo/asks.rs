@@ -147,7 +147,7 @@ fn two_publishers_of_goals_are_rivals_and_one_that_sends_a_single_goal_is_none()
     rig.run_until(State::Settled, 20.0);
 }
 
-/// Streams, as goals, the tool's pose of `lag` cycles ago with an offset, at `rate` \[Hz\]. Returns the largest speeds of the tool
+/// Streams goals at `rate` \[Hz\]: the tool's pose of `lag` cycles ago, with an offset. Returns the largest speeds of the tool
 /// [m/s, rad/s].
 fn fed_back(offset: &UnitDualQuaternion, rate: f64, lag: u32, feed_forward: bool) -> (f64, f64) {
     let mut rig = Rig::with(|settings| settings.feed_forward = feed_forward);
@@ -160,7 +160,8 @@ fn fed_back(offset: &UnitDualQuaternion, rate: f64, lag: u32, feed_forward: bool
         poses.push(puma().forward_kinematics(&rig.positions()).unwrap());
         if f64::from(cycle) % (500.0 / rate).round() == 0.0 {
             let measured = poses[(cycle.saturating_sub(lag)) as usize];
-            // The offset is along the base's axes, as in "1 cm lower than now"; its rotation is about the tool.
+            // The offset's translation is along the base's axes, as in "1 cm lower than now"; its rotation is along the tool's
+            // axes.
             let goal = UnitDualQuaternion::from_parts(
                 measured.rotation() * offset.rotation(),
                 measured.translation() + offset.translation(),
@@ -191,7 +192,8 @@ fn the_measured_pose_fed_back_as_the_goal_moves_the_arm_no_faster_than_its_law_d
     }
 }
 
-/// Returns a rig whose arm was in motion when its robot was stopped for `seconds`. The joint states continued meanwhile.
+/// Returns a rig whose arm was in motion when something else stopped the robot for `seconds`. The joint states continued during
+/// this time.
 fn stopped_for(interface: Interface, seconds: f64) -> Rig {
     let mut rig = Rig::with(|settings| settings.interface = interface);
     rig.goal("theta_desired");
@@ -323,7 +325,7 @@ fn a_settled_arm_is_sent_zeros() {
     }
 }
 
-/// The servo's thread did not run for a while. The robot stood by its own timeout, so the next command begins at rest.
+/// The servo's thread did not run for a while. The robot stood because of its own timeout, so the next command begins at rest.
 #[test]
 fn after_a_gap_in_the_servo_s_own_cycles_the_ramp_begins_from_the_robot() {
     for missed in [200, 400, 750, 10_000] {
@@ -354,7 +356,8 @@ fn a_robot_that_moves_ten_times_too_far_is_not_driven() {
     assert!(travelled < 6.0, "{travelled} rad");
 }
 
-/// Changes a limit every 50 ms during a motion. Returns when the motion stalls \[s\].
+/// Changes a limit every 50 ms during a motion of at most `seconds`. Returns the time after which the motion stalls \[s\], if it
+/// does.
 fn given_up_under_changes(mut rig: Rig, seconds: f64) -> Option<f64> {
     let begin = rig.now;
     for number in 0..(seconds / 0.05) as u32 {

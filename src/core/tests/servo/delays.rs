@@ -186,7 +186,7 @@ fn settling_time(law: Law, lag: Duration) -> f64 {
 #[test]
 fn rule_18_a_lag_slows_no_direction_that_is_slow_already() {
     for law in [Law::Diffc, Law::LogcTranspose, Law::DoubleGeodesicTranspose, Law::UnitQuaternionTranspose] {
-        // A tenth of the law's largest rate remains.
+        // At this lag, the servo leaves a tenth of the law's largest rate.
         let (without, with) = (settling_time(law, Duration::ZERO), settling_time(law, 85 * MS));
         assert!(with < 1.5 * without, "{law}: {without} s, {with} s");
     }

@@ -11,7 +11,8 @@ use std::time::Duration;
 /// An event that may happen to a servo.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// A goal of one of two publishers of streams; `None`: of a publisher that sends only this goal.
+    /// A goal: its publisher, position and orientation. The publisher is one of two that stream; `None` stands for a publisher
+    /// that sends only this goal.
     Goal(Option<u32>, [f64; 3], [f64; 4]),
     BadGoal(usize),
     Stream(Stream),
@@ -22,8 +23,8 @@ pub enum Event {
     BadJointState(usize),
     Law(usize),
     Gain(f64),
-    /// Twists of one of two publishers. The numbers are the publisher, whether the twists are zero, how many there are, the cycles
-    /// between them, and their age on arrival \[ms\].
+    /// Twists of one of two publishers: the publisher, whether the twists are zero, their number, the number of cycles between two
+    /// twists, and their age on arrival \[ms\].
     Twists(u32, bool, usize, usize, u64),
     /// A request of `~/pause`, with its age on arrival \[ms\].
     Pause(bool, u64),
@@ -38,12 +39,13 @@ pub enum Event {
     Jump(usize, f64),
     /// Joint states of the last arm begin or cease to arrive.
     ConnectLast(bool),
-    /// Another publisher begins or ceases to send commands to the arm, or joint states of the arm.
+    /// Another publisher begins or ceases to send commands to the arm.
     Rival(bool),
+    /// Another publisher begins or ceases to send joint states of the arm.
     SecondSource(bool),
-    /// The servo misses this number of cycles. The next cycle runs after the joint states arrive (true) or before.
+    /// The servo misses this number of cycles. The joint states that are due arrive before (true) or after the next cycle.
     Gap(u32, bool),
-    /// The value of `integral`, the joint with a pull, and the pull [rad/s].
+    /// Something pulls at a joint: the value of `integral`, the joint, and the pull [rad/s].
     Pull(f64, usize, f64),
     /// Whether joint states have velocities. The number is the time between joint states \[ms\].
     States(bool, u64),
@@ -150,7 +152,7 @@ fn limit() -> impl Strategy<Value = Event> {
         1 => Just(1e4),
         6 => (-2.0..2.0f64).prop_map(|exponent| 10f64.powf(exponent)),
     ];
-    // The limit of one joint; of all joints if the arm has fewer.
+    // The limit of one joint; if the arm has no joint with this number, the limit of all joints.
     (which, 0..12usize, value).prop_map(|(which, joint, value)| Event::Limit(which, joint, value))
 }
 
@@ -232,8 +234,7 @@ fn attack() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Returns an event between two requests, and the time after the second request. The second request may have been sent before the
-/// event.
+/// Returns a request, an event, a second request, and the time after it. The second request may have been sent before the event.
 fn interruption() -> impl Strategy<Value = Vec<Event>> {
     let turns = || prop::array::uniform4(-0.4..0.4f64);
     let between = prop_oneof![
@@ -326,7 +327,7 @@ impl Event {
     }
 }
 
-/// Sends the goal at [`pose_near`]. The goal is under way for `ago`, and then waits for its frame for `waited`.
+/// Sends a goal at [`pose_near`], which is under way for the time `ago`, and then waits for its frame for the time `waited`.
 pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Duration, Duration)) {
     let pose = pose_near(rig, turns);
     let sent = Sent { by: by.unwrap_or_else(|| rig.next_publisher()), ago };
@@ -374,8 +375,8 @@ pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
 /// Applies the event. The rig checks the invariants.
 pub fn apply(rig: &mut Rig, event: Event) {
     let now = rig.now;
-    // The servo cannot keep the tool's speed limit exactly if it cannot know the arm's position. The rig's arms keep their own
-    // tool.
+    // The servo cannot keep the tool's speed limit exactly if it cannot know the arm's position. The rig's copies of the arms keep
+    // the original tool.
     rig.check_tools &= !event.hides_the_arm();
     let ms = Duration::from_millis;
     match event {

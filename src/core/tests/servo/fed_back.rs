@@ -26,8 +26,9 @@ struct Camera {
     offset: Vector3<f64>,
     /// The rate of the goals \[Hz\].
     rate: f64,
-    /// The age of a measured pose when it arrives as a goal \[s\]. The next field is the largest random addition to this age.
+    /// The age of a measured pose when it arrives as a goal \[s\].
     lag: f64,
+    /// The largest random addition to `lag` \[s\].
     jitter: f64,
     /// The standard deviation of the noise of each coordinate \[m\].
     noise: f64,
@@ -94,7 +95,7 @@ impl Camera {
     }
 }
 
-/// Checks, for each stream, that the tool with feed-forward is at most a third plus 10 mm/s faster than the tool without.
+/// Checks, for each stream, that feed-forward makes the tool faster by at most a third plus 10 mm/s.
 fn are_no_faster(cameras: impl Iterator<Item = Camera>) {
     for camera in cameras {
         let Camera { offset, rate, lag, jitter, noise, seed, .. } = camera;

@@ -16,7 +16,7 @@ pub(super) const EPOCH: i64 = 1_795_242_920_000_000_000;
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    /// Creates the numbers of a seed. Even the first numbers of neighboring seeds differ.
+    /// Creates the numbers for a seed. Even for neighboring seeds, the first numbers differ.
     fn of(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         for _ in 0..8 {
@@ -73,7 +73,7 @@ pub(super) struct Stream {
     pub(super) speed: f64,
     pub(super) rate: f64,
     pub(super) seconds: f64,
-    /// Whether the stream is like a real one: uneven intervals of sending and receiving, and noisy poses.
+    /// Whether the stream resembles a real stream: uneven intervals of sending and receiving, and noisy poses.
     pub(super) real: bool,
     pub(super) stamped: bool,
     /// The seed of the uneven intervals and of the measurement noise.
@@ -147,8 +147,8 @@ impl Follow {
         }
     }
 
-    /// Runs `cycles` cycles. Every `every` cycles it sends a goal with a stamp. The function `goal` makes both from the start pose
-    /// and the cycle's number.
+    /// Runs `cycles` cycles. Every `every` cycles it sends a goal with a stamp, both made by the function `goal` from the start
+    /// pose and the number of the cycle.
     pub(super) fn goals(
         arm: &(ServoParameters, Vec<f64>),
         feed_forward: bool,

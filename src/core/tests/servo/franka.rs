@@ -6,7 +6,7 @@ use dq_config::{ForArm, ServoParameters};
 use dq_core::servo::State;
 use std::time::Duration;
 
-/// Returns how many of 25 random tasks of the arm settle within 12 s at 1 kHz, with or without its limits on jerk.
+/// Returns how many of 25 random tasks of the arm settle within 12 s at 1 kHz, with or without the arm's limits on jerk.
 fn settled(arm: &str, with_jerk: bool) -> usize {
     let settles = |number: &usize| {
         let parameters = ServoParameters::for_arm(arm).unwrap().with_period(Duration::from_millis(1));

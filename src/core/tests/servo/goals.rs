@@ -33,7 +33,7 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     rig.run_until(State::Settled, 10.0);
     let figures = rig.servo.status().figures;
     assert!(figures.arrival_time.unwrap() > 0.0 && figures.position_error <= 0.001, "{figures:?}");
-    // Within the slack of its own goal, the arm stays settled.
+    // An arm that has settled stays settled within twice its tolerances.
     let mut settled = rig.servo.pose().unwrap();
     settled = moved_by(&settled, 0.0005);
     rig.goal_pose(&settled);
@@ -76,7 +76,7 @@ fn a_stream_that_shakes_does_not_defeat_the_stall_watch_but_one_that_moves_does(
     };
     // The goal swings by 6 mm; its distance is half a metre.
     assert!(stalls(|i| moved_by(&pose("theta_desired"), [0.0, 3e-3, -3e-3][i % 3])));
-    // The goal moves at 0.1 m/s, so that it is another goal than before.
+    // The goal moves at 0.1 m/s, so that each goal differs from the previous goal.
     assert!(!stalls(|i| moved_by(&pose("theta_desired"), 0.1 * i as f64 * PERIOD.as_secs_f64())));
 }
 

@@ -151,7 +151,7 @@ proptest! {
     ) {
         let rows: Vec<_> =
             rows.into_iter().map(|(alpha, a, d, theta_offset)| DhRow { alpha, a, d, theta_offset }).collect();
-        // Most arms of such numbers are rejected. The paper's arm takes their place.
+        // Most arms of such numbers are rejected. Then the test uses the paper's arm instead.
         let chain = Chain::new(Convention::StandardDh, &rows).unwrap_or_else(|_| crate::reference::puma());
         let mut parameters = parameters();
         let Settings { controller, limits, .. } = &mut parameters.settings;

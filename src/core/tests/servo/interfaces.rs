@@ -118,7 +118,7 @@ fn a_blocked_arm_is_not_run_away_from_and_goes_on_from_where_it_is() {
             rig.cycle();
             furthest = rig.output.as_ref().map_or(furthest, |_| furthest.max(lead(&rig)));
         }
-        // The arm takes 0.06 rad to brake from 2.5 rad/s at 50 rad/s². Some more rad are for its trials.
+        // The arm takes 0.06 rad to brake from 2.5 rad/s at 50 rad/s². The rest is the motion of the servo's gentle trials.
         assert!((0.02..0.2).contains(&furthest), "{interface}: {furthest}");
         assert!(matches!(rig.state(), State::Holding | State::NotFollowing), "{}", rig.state());
         assert!(rig.servo.status().reason.is_some());
@@ -284,7 +284,8 @@ fn a_plant_that_is_reset_stays_at_its_start_until_the_servo_has_seen_that() {
             rig.run(1.0);
             assert_eq!(rig.positions(), start, "{interface}");
             let reason = rig.servo.status().reason;
-            // An arm in motion may have been on its way to that position.
+            // If the arm was in motion, the position after the reset may look like one on its way. Then the reason is
+            // `FellBehind`.
             let is_seen = matches!(
                 reason,
                 Some(Reason::Revoked(Revocation::IsElsewhere(..) | Revocation::FellBehind(..)))

@@ -56,7 +56,7 @@ fn rule_6_goals_are_reached_under_a_limit_on_jerk() {
     }
 }
 
-/// The servo plans with the whole length of a stop, in which braking takes time to begin. So no joint passes its limit.
+/// The servo takes into account that braking begins slowly under a limit on jerk. So no joint passes its position limit.
 #[test]
 fn rule_7_a_joint_stops_before_its_position_limit_under_a_limit_on_jerk() {
     for jerk in [200.0, 1000.0] {

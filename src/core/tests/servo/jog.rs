@@ -24,7 +24,7 @@ fn rig(interface: Interface) -> Rig {
     rig
 }
 
-/// Sends a twist every 20 ms for `seconds`.
+/// Sends a twist every 20 ms for the time `seconds`.
 fn hold(rig: &mut Rig, linear: [f64; 3], angular: [f64; 3], frame: &str, seconds: f64) {
     let cycles = (seconds / 0.002) as u32;
     for cycle in 0..cycles {
@@ -151,8 +151,8 @@ fn singularities_are_damped_for_a_twist_too() {
     assert_eq!(rig.speed(), 0.0);
 }
 
-/// Stops the servo while a publisher sends a twist every `every` cycles. Returns whether the arm moves within 3 s. If `idle`,
-/// another publisher sends zero twists during this time.
+/// Stops the servo while a publisher sends a twist every `every` cycles, with one pause of `hole` cycles. Returns whether the arm
+/// moves within 3 s after the stop. If `idle`, another publisher sends zero twists during this time.
 fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
     let mut rig = rig(Interface::Velocity);
     let send = |rig: &mut Rig, cycles: usize| {
@@ -234,7 +234,7 @@ fn of_two_sticks_that_are_held_none_moves_the_arm_and_both_are_named() {
         cycles_held += usize::from(rig.servo.status().reason == Some(Reason::Rivals(rivals)));
     }
     assert!(cycles_held > 980 && rig.speed() == 0.0, "{cycles_held}");
-    // The remaining stick must first be released.
+    // The remaining publisher must first send a zero twist or pause.
     hold(&mut rig, UP, NONE, "", 2.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
     hold(&mut rig, NONE, NONE, "", 0.02);

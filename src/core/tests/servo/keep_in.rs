@@ -109,7 +109,7 @@ fn both_tools_of_two_arms_stay_inside() {
     rig.change(|settings| settings.scene = scene_within(&arms, &[], &[&cell]));
     rig.run(0.1);
     let apart = rig.servo.pose().unwrap();
-    // The points are farther apart than the ball is wide.
+    // The two tool points are farther apart than the ball is wide.
     let far = dq_algebra::UnitDualQuaternion::from_parts(apart.rotation(), 2.0 * apart.translation());
     rig.goal_pose(&far);
     rig.run(10.0);

@@ -141,7 +141,7 @@ fn what_the_arm_stands_in_does_not_hold_it() {
 
 #[test]
 fn a_keep_out_that_appears_in_the_way_or_upon_the_arm_is_gone_no_deeper_into() {
-    // The distance of the table from the tool at that time [m].
+    // The height of the tool above the table when the table appears [m].
     for ahead in [0.2, 0.06, 0.0, -0.04] {
         let mut rig = rig(&[]);
         rig.goal_pose(&beside(&rig, [0.0, 0.0, -0.3]));
@@ -214,7 +214,7 @@ fn an_arm_that_goes_round_keeps_clear_too() {
         settings.limits.position.upper[2] = 0.4;
     });
     rig.run(0.1);
-    // The upper arm begins in the table, and stays in it while it turns.
+    // The upper arm begins inside the table, and stays inside while it turns.
     let begins = rig.least_gap;
     // The arm reaches this goal only with the elbow down, which the table forbids.
     rig.goal_pose(&puma().forward_kinematics(&[0.3, -0.2, 0.0, 0.2, 0.9, 0.4]).unwrap());
@@ -228,7 +228,7 @@ fn two_arms_keep_clear_of_each_other() {
     let arms = rig.arms().clone();
     rig.change(|settings| settings.scene = scene(&arms, &[]));
     rig.run(0.1);
-    // The goal puts the right tool into the left one.
+    // The goal puts the right tool into the left tool.
     rig.goal_pose(&UnitDualQuaternion::from_parts(rig.servo.pose().unwrap().rotation(), Vector3::zeros()));
     rig.run(20.0);
     assert!((0.0..0.05).contains(&rig.least_gap), "{} m", rig.least_gap);

@@ -1,5 +1,5 @@
-//! Rule 22 under random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. With `TASKS=100000` the test
-//! runs this number of other tasks.
+//! Rule 22 under random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. With `TASKS=100000`, the
+//! test runs 100 000 other tasks instead.
 
 use super::keep_out::scene_within;
 use super::sequences::{arms, first_difference, jerk};
@@ -21,7 +21,7 @@ enum Event {
     Stop,
     Pause,
     Law(usize),
-    /// The servo misses one cycle. Rule 22 allows for one more missed cycle than there were before.
+    /// The servo misses one cycle. Rule 22 holds if one more cycle is missed than recently.
     Late,
     Twist([f64; 3], [f64; 3]),
 }
@@ -31,7 +31,7 @@ struct Task {
     position: [f64; 3],
     turn: [f64; 4],
     event: Event,
-    /// Number of cycles before the event. The second number is the number of cycles after it.
+    /// The number of cycles before the event, and the number of cycles after the event.
     cycles: (usize, usize),
 }
 
@@ -62,7 +62,7 @@ fn keep_out() -> impl Strategy<Value = String> {
     })
 }
 
-/// Returns random keep-ins as texts without their names, each with its offset from the tool's start.
+/// Returns random keep-ins as texts without their names, each with the offset of its center from the tool's start position.
 fn keep_in() -> impl Strategy<Value = ([f64; 3], String)> {
     let (beside, sizes) = (prop::array::uniform3(-0.15..0.15f64), prop::array::uniform3(0.1..0.8f64));
     (0..6usize, beside, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
@@ -202,7 +202,8 @@ fn no_order_of_events_leads_into_anything() {
     assert!(held.get() > 10, "{} tasks were held up", held.get());
 }
 
-/// The scene keeps its measured gaps from cycle to cycle. The output must not depend on these gaps.
+/// The servo keeps the measured gaps of a scene from cycle to cycle, but does not save them. The output must not depend on these
+/// gaps.
 #[test]
 fn another_servo_that_knows_what_this_one_knew_goes_on_among_keep_outs_to_the_bit() {
     let config = ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() };

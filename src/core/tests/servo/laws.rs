@@ -27,7 +27,7 @@ fn another_law_leaves_a_settled_arm_settled() {
     rig.run(0.1);
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
-    // diffc moves the arm over the rest of the distance ten times faster.
+    // At this distance, diffc moves the arm ten times faster than logc.
     rig.set_law(Law::Diffc);
     for _ in 0..500 {
         rig.cycle();

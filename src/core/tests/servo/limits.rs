@@ -28,7 +28,7 @@ fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit
     rig.set_law(Law::Diffc);
     rig.goal("theta_desired");
     rig.run(3.0);
-    // The joints do not swing in the slow end of the motion: each one keeps its direction.
+    // The joints do not swing in the slow last part of the motion: each joint keeps its direction.
     let before = rig.command.clone();
     let mut swings = 0;
     let mut last = before;

@@ -1,4 +1,4 @@
-//! The connection to the robot: whose joint states count, a robot that was away, and one that does not follow.
+//! The connection to the robot: whose joint states count, a robot that was away, and a robot that does not follow.
 
 use crate::rig::{PERIOD, Rig, state_of};
 use dq_core::servo::{Contended, JointReading, Reason, Revocation, State};
@@ -191,7 +191,7 @@ fn rule_17_an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_d
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0), "it does not go on by itself");
     rig.goal("theta_desired");
-    // The plant's commands begin when its controller starts.
+    // The plant takes commands only from the time at which its controller starts.
     let largest = largest_step_to_the_goal(&mut rig);
     assert!(largest <= 50.0 * PERIOD.as_secs_f64() * (1.0 + 1e-9), "{largest}");
 }
@@ -221,7 +221,7 @@ fn rule_17_one_joint_that_does_not_follow_is_enough() {
     rig.run_until(State::NotFollowing, 0.5);
 }
 
-/// Runs a motion for 20 s with the faulty wires `wires`. Returns the path of all joints together \[rad\], the largest speed of a
+/// Runs a motion for 20 s with the faulty wires `wires`. Returns the sum of all joints' travel \[rad\], the largest speed of a
 /// joint [rad/s], and the revocation.
 fn run_with_wires(wires: fn(&mut [f64])) -> (f64, f64, Option<Revocation>) {
     let mut rig = Rig::new();
@@ -250,7 +250,7 @@ fn rule_17_a_joint_that_is_wired_wrongly_is_given_up() {
     }
 }
 
-/// The arm's last joint moves little at first. The servo drives each joint gently until this joint has followed.
+/// The arm's last joint is commanded to move little at first. The servo drives a joint gently until that joint has followed.
 #[test]
 fn rule_17_a_last_joint_that_is_inverted_turns_no_farther_than_another() {
     let mut rig = Rig::new();
@@ -332,7 +332,7 @@ fn rule_17_an_arm_that_coasts_when_the_servo_starts_is_braked_within_the_limits(
         rig.plants[0].step(rig.now);
         let (mut before, mut largest, mut stopped) = (speeds.to_vec(), 0.0_f64, None);
         for cycle in 0..200 {
-            // The robot's last command continues until the first command of this servo arrives.
+            // The robot continues its last command until the first command of this servo arrives.
             if rig.state() == State::WaitingForState {
                 rig.plants[0].take_command(&speeds, rig.now).unwrap();
             }

@@ -30,7 +30,7 @@ fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
     }
 }
 
-/// Restores the frame at its old place, so that a waiting goal is found.
+/// Restores the frame at its old pose, so that the servo takes the waiting goal.
 fn find(sim: &mut Sim) {
     let place = reading(&pose("theta_desired"), 0);
     sim.servo.move_goal(&GoalMotion::To(place), sim.now()).unwrap();

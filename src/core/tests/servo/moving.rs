@@ -1,5 +1,5 @@
-//! Goals that move: the tool's lag and noise, with the goal's motion fed forward and without. One test generates the table of the
-//! guide. Other tests check that a stream does not make the arm overshoot at its end, or fling the arm when it jumps.
+//! Goals that move: the tool's lag and noise, with and without feed-forward of the goal's motion. One test generates the table of
+//! the guide. Other tests check that a stream does not make the arm overshoot at its end, or fling the arm when it jumps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
 use crate::rig::{PERIOD, reading};
@@ -9,8 +9,8 @@ use dq_core::servo::{GoalMotion, Reason, Revocation, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// Returns the root mean square difference of the tool's velocities between two streams: a real stream and an even stream without
-/// noise [mm/s].
+/// Returns the root mean square difference of the tool's velocities under two streams [mm/s]: a real stream, and an even stream
+/// without noise.
 fn shake(real: &Follow, even: &Follow) -> f64 {
     let (one, other) = (real.velocities(), even.velocities());
     let squares = one.iter().zip(&other).map(|(a, b)| (a - b).norm_squared());
@@ -27,7 +27,7 @@ fn median(mut numbers: Vec<f64>) -> [f64; 3] {
     [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]
 }
 
-/// Returns lag and noise, each first without and then with feed-forward of the goal's motion.
+/// Returns the lag without and with feed-forward of the goal's motion, then the noise without and with it, each with its bounds.
 fn figures(arm: &(ServoParameters, Vec<f64>), stream: &Stream) -> [[f64; 3]; 4] {
     let mut figures = [[0.0; 3]; 4];
     for (i, feed_forward) in [false, true].into_iter().enumerate() {
@@ -102,7 +102,7 @@ fn a_stream_that_ends_is_overshot_by_no_more_than_its_interval() {
                 follow.cycle(&last);
                 farthest = farthest.max(follow.errors.last().unwrap().y);
             }
-            // In addition to the distance in which an arm stops at 50 rad/s².
+            // Besides one interval of motion, the bound includes the distance in which the arm stops at 50 rad/s².
             assert!(farthest <= 0.5 / rate + 0.008, "{rate} Hz: {farthest} m");
             assert!(rate > 10.0 || farthest > 0.01, "the motion was fed forward: {farthest}");
             assert_eq!(follow.rig.state(), State::Settled, "where it was seen last");
@@ -114,7 +114,7 @@ fn a_stream_that_ends_is_overshot_by_no_more_than_its_interval() {
 fn a_goal_that_leaps_flings_no_arm() {
     let arm = start_of(-0.3);
     let run = |feed_forward| {
-        // At 50 Hz, the goal moves at 1 m/s for one interval: to and fro, or once.
+        // In streams at 50 Hz, the goal moves at 1 m/s for one interval: to and fro, or once.
         let follow = Follow::goals(&arm, feed_forward, (1500, 10), |start, cycle| {
             let y = if [50, 60, 70].contains(&(cycle / 10)) || cycle > 800 { 0.1 } else { 0.0 };
             (moved(start, Vector3::new(0.0, y, 0.0)), EPOCH + cycle * 2_000_000)

@@ -5,7 +5,7 @@ use dq_core::servo::{PositionLimits, State};
 use dq_kinematics::arm::JointKind;
 use dq_kinematics::control::Law;
 
-/// A lower limit of joint 3 \[rad\], which has to go from 2.36 to 1.05 rad on the way from theta_initial to theta_desired.
+/// A lower limit of joint 3 \[rad\]. On the way from theta_initial to theta_desired, this joint has to go from 2.36 to 1.05 rad.
 const LOWEST: f64 = 1.6;
 
 fn with_lowest(lowest: f64) -> Rig {
@@ -31,7 +31,7 @@ fn rule_7_a_joint_slows_inside_its_margin_goes_no_further_than_its_limit_and_the
 
 #[test]
 fn rule_7_started_outside_the_arm_does_not_snap_and_outward_is_forbidden() {
-    // The joint is outside by 0.14 rad.
+    // Joint 3 is outside its limit by 0.14 rad.
     let mut rig = with_lowest(2.5);
     let before = rig.positions();
     rig.run(1.0);
@@ -48,7 +48,7 @@ fn rule_7_started_outside_the_arm_does_not_snap_and_outward_is_forbidden() {
 
 #[test]
 fn rule_7_started_outside_inward_is_allowed() {
-    // The joint is outside by 0.36 rad of an upper limit; the goal is inside.
+    // Joint 3 is 0.36 rad above its upper limit; its position at the goal is within the limit.
     let mut rig = Rig::with(|settings| settings.limits.position.upper[2] = 2.0);
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
@@ -104,8 +104,8 @@ fn what_lies_beside_a_position_lies_inside_the_limits() {
     }
 }
 
-/// Returns how far joint 3 passes its limit \[rad\] if the servo's thread is delayed. Before each cycle, the servo misses the
-/// number of cycles that `missed` returns.
+/// Returns how far joint 3 passes its limit \[rad\] if cycles are missed. Before each cycle, the servo misses the number of cycles
+/// that `missed` returns.
 fn past_its_limit(mut missed: impl FnMut(u32) -> u32) -> f64 {
     let mut past = 0.0_f64;
     for law in [Law::Diffc, Law::Logc] {

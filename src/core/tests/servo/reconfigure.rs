@@ -10,7 +10,7 @@ use dq_core::servo::{
 use dq_kinematics::control::Law;
 use std::time::Duration;
 
-/// A lower limit of joint 3 \[rad\], which has to go from 2.36 to 1.05 rad on the way from theta_initial to theta_desired.
+/// A lower limit of joint 3 \[rad\]. On the way from theta_initial to theta_desired, this joint has to go from 2.36 to 1.05 rad.
 const LOWEST: f64 = 1.6;
 
 /// Returns an arm in motion to a goal at which joint 3 would pass its limit.
@@ -96,7 +96,7 @@ fn rule_21_the_way_is_a_straight_line_in_joint_space() {
             start.iter().zip(end).map(|(start, end)| start + part * (end - start)).collect();
         assert!(distance(place, &straight) < 1e-6, "{place:?} instead of {straight:?}");
     }
-    // The slowest joint moves at its speed limit most of the time, or the tool does.
+    // Most of the time, the slowest joint or the tool moves at its speed limit.
     assert!(places.len() as f64 * PERIOD.as_secs_f64() < 3.0, "{} cycles", places.len());
 }
 
@@ -117,7 +117,7 @@ fn rule_21_an_arm_that_may_be_asked_stands_until_somebody_asks_and_says_how() {
         why.starts_with("joint3 is at its position limit; with joint") && why.contains("~/reconfigure"),
         "{why}"
     );
-    // A request that was sent before there was a result does not mean this result.
+    // A request that was sent before the search had a result does not apply to this result.
     let early = Event::Reconfigure { ago: rig.now - detour.found + PERIOD };
     rig.servo.begin(rig.now);
     assert!(matches!(rig.servo.take(early), Err(Rejection::Late(_))));
@@ -300,7 +300,7 @@ fn rule_21_an_answer_that_comes_late_or_is_of_no_use_is_none() {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 
-    // The result is for an earlier stall at the same goal. The motion in between has outdated it.
+    // The result is for an earlier stall at the same goal. The arm has moved in between, so the result is out of date.
     let mut rig = self::rig(Reconfigure::Ask);
     rig.search = None;
     rig.run_until(State::Stalled, 20.0);

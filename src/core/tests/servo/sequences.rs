@@ -139,7 +139,7 @@ proptest! {
             settings.progress_timeout = Some(Duration::from_millis(200));
             settings.controller.aim = Aim::Pose;
         });
-        // Sticks and streams from before have lapsed by then.
+        // By then, earlier twists and streams have lapsed.
         change_often(&mut rig, 60);
         rig.pause(false);
         let here = rig.servo.pose().unwrap();
@@ -165,7 +165,7 @@ proptest! {
 
     #[test]
     fn no_order_of_events_passes_a_position_limit(
-        // The start is between 0.3 rad outside of a limit and 1 rad inside.
+        // Each joint starts between 0.3 rad outside and 1 rad inside its limits.
         room in prop::array::uniform6((-0.3..1.0f64, -0.3..1.0f64)),
         margin in prop_oneof![Just(0.0), 0.0..0.5f64],
         events in prop::collection::vec(gentle_event(), 1..40),
@@ -198,12 +198,13 @@ proptest! {
     }
 }
 
-/// The arms have narrow limits and may always be reconfigured. Each event comes while the effects of the previous event continue.
+/// The arms have narrow limits and may always be reconfigured. Each event happens while the effects of the previous event
+/// continue.
 #[test]
 fn no_order_of_events_on_ways_round_passes_a_limit() {
     let underway = std::cell::Cell::new(0_u32);
     let room = prop::array::uniform6((0.2..2.0f64, 0.2..2.0f64));
-    // The events are goals that the arm reaches within the limits, perhaps in another configuration, and others.
+    // The events are goals that the arm reaches within the limits, perhaps in another configuration, and gentle events.
     let places = prop::collection::vec(prop::array::uniform6(0.0..1.0f64), 1..5);
     let strategy = (room, places, prop::collection::vec(gentle_event(), 1..8), 0..40u64);
     let mut runner = TestRunner::new(ProptestConfig { failure_persistence: None, ..cases(150) });
@@ -310,7 +311,7 @@ fn attack(mut rig: Rig, events: Vec<Event>, jerk: f64) {
 fn sequences_that_longer_runs_found_break_no_rule() {
     use Event::*;
     let found = [
-        // The hold of a pull ended, and what it had proven stopped the arm.
+        // A hold ended, but its proven part remained, and the arm stopped.
         (0, vec![Pull(1.0, 0, 0.118), FrameAway(0, 172), Gap(500, false)]),
         // A gap in the cycles was taken for a pull.
         (0, vec![Pull(1.0, 0, 0.133), FrameAway(0, 157), Gap(148, false)]),

@@ -71,8 +71,8 @@ fn rig(law: Law, theta: &[f64]) -> Rig {
     rig
 }
 
-/// A goal that is 0.1 m or 0.4 rad away along the direction that the arm has lost, and the joint whose motion leads out of the
-/// singularity.
+/// A singular configuration, a goal that is 0.1 m or 0.4 rad away along the direction that the arm has lost, and the joint whose
+/// motion leads out of the singularity.
 struct Case {
     name: &'static str,
     theta: [f64; 6],
@@ -103,7 +103,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Returns the distance 0.1 m along the lost direction. Its sign is the one that leads away from the base.
+/// Returns 0.1 m or −0.1 m: the distance along the lost direction that leads away from the base.
 fn outward(theta: &[f64]) -> f64 {
     let (_, twist) = lost(theta);
     0.1 * state(theta).tool_point().dot(&twist.fixed_rows::<3>(3)).signum()
@@ -140,7 +140,8 @@ fn rule_8_the_escape_is_the_same_each_time() {
 
 #[test]
 fn rule_8_what_is_not_stuck_is_not_touched() {
-    // At the elbow, logc_pd is slower than logc. The singularity stops it, and the escape leads it out.
+    // At the singular elbow, logc_pd is slower than logc. So the singularity stops the arm under logc_pd, and the escape leads the
+    // arm out.
     for law in Law::ALL.into_iter().filter(|law| *law != Law::LogcPd) {
         let mut rig = Rig::with(|settings| settings.controller.law = law);
         rig.goal("theta_desired");
@@ -176,7 +177,7 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
     }
 }
 
-/// Returns an arm of one revolute joint, and one of one prismatic joint.
+/// Returns two arms: one with a single revolute joint, the other with a single prismatic joint.
 fn single_joints() -> [(&'static str, Chain); 2] {
     let row = DhRow { alpha: 0.0, a: 0.5, d: 0.1, theta_offset: 0.0 };
     let (origin, axis) = (UnitDualQuaternion::identity(), Vector3::x_axis());
@@ -206,7 +207,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
             rig.run_until(State::Stalled, 30.0);
             let status = rig.servo.status();
             let expected = match status.stall {
-                // At any position of the slide, the goal is farther from it than the tool.
+                // At any position of the prismatic joint, the goal is farther from the joint than the tool is.
                 Some(Stall::BeyondReach(reach)) => kind == "sliding" && reach.longest < reach.goal,
                 other => kind == "turning" && other == Some(Stall::Unreachable),
             };
@@ -216,7 +217,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
     }
 }
 
-/// Only a program that uses the library can set a gain of 0. With it the arm stands, although there is no singularity.
+/// Only a program that uses the library can set a gain of 0. With a gain of 0 the arm stands, although there is no singularity.
 #[test]
 fn rule_9_a_gain_of_zero_makes_no_progress() {
     let mut rig = rig(Law::Logc, &stretched());

@@ -38,7 +38,7 @@ impl Loop {
         let mut late: VecDeque<_> = std::iter::repeat_n(theta.clone(), latency).collect();
         let mut speeds = vec![0.0; theta.len()];
         let mut approach = Approach::new(theta.len());
-        // Long enough for some oscillations at the limit of stability. Each takes about four times the delay.
+        // Enough cycles for several oscillations at the limit of stability, each of which takes about four times the delay.
         let cycles = 120 * (latency + 1) + (20.0 / (self.rate() * PERIOD.as_secs_f64())) as usize;
         let mut largest = [0.0_f64; 2];
         for cycle in 0..cycles {

@@ -118,7 +118,7 @@ fn rule_13_a_position_limit_is_kept_with_the_deceleration_that_was_counted_on() 
     while rig.plants[0].positions()[2] > 2.0 {
         rig.cycle();
     }
-    // At 5 rad/s², the least that its velocity limit demands, the joint could not stop in time.
+    // At 5 rad/s², the least deceleration that the joint's velocity limit demands, the joint could not stop in time.
     let speed = rig.command[2];
     assert!(speed * speed / (2.0 * 5.0) > 0.2, "{speed}");
     rig.change(|settings| {

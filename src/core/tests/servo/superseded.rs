@@ -84,7 +84,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert!(why.to_string().contains("the robot was away for 1.2 s: let it send nothing"), "{why}");
     let why = refusal(&mut standing(), |rig| rig.plants[0].reset());
     assert!(matches!(why, Rejection::Superseded(Revocation::IsElsewhere(..))), "{why}");
-    // The goal is found in the cycle in which the robot jumps.
+    // The goal's frame is found in the cycle in which the robot jumps.
     let mut rig = standing();
     rig.run(0.5);
     rig.plants[0].reset();
@@ -93,7 +93,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
-/// The goal whose frame is found last arrived before the other goal. So it does not change the request.
+/// The older of two goals gets its frame last. So the older goal does not change the request.
 #[test]
 fn a_goal_that_is_set_going_while_the_robot_is_away_stays_so_when_an_older_one_is_found() {
     let mut rig = standing();

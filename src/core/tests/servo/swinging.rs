@@ -43,7 +43,7 @@ impl Noisy {
     }
 }
 
-/// Returns an arm whose law is too fast for the delays, which the servo does not know.
+/// Returns an arm whose law is too fast for the delays of its robot. The servo does not know these delays.
 fn unstable() -> Sim {
     let mut parameters = parameters();
     parameters.settings.controller.set_gains(Law::Diffc, [1000.0; 2]);

@@ -37,7 +37,7 @@ fn the_tool_s_offset_goes_to_the_goal() {
 #[test]
 fn another_tool_stands_until_somebody_asks_it_to_move() {
     let mut rig = Rig::new();
-    // The rig's arms keep the old tool.
+    // The rig's copies of the arms keep the old tool.
     rig.check_tools = false;
     rig.goal("theta_desired");
     rig.run(0.7);

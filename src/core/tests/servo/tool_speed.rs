@@ -1,4 +1,5 @@
-//! Rule 5: if a limit on the tool's speed is lowered, the tool keeps it after 1 s, or after 1.4 s under a limit on jerk.
+//! Rule 5: if a limit on the tool's speed is lowered, the tool keeps the new limit after 1 s, or after 1.4 s under a limit on
+//! jerk.
 
 use crate::reference::{parameters, puma};
 use crate::sim::{Random, Sim};
@@ -17,7 +18,7 @@ fn arm(random: &mut Random, jerk: f64, acceleration: f64) -> Sim {
     Sim::new(&parameters, FREE.to_vec())
 }
 
-/// Returns how long the tool is faster than its limits after they were lowered \[s\].
+/// Returns how long the tool exceeds its speed limits after these were lowered \[s\].
 fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     let mut random = Random::new(seed);
     let acceleration = random.pick(&[50.0, 10.0, 3.0]);
@@ -50,7 +51,7 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
         let tool = sim.truth.tool_speed(&sim.command);
         // At the change from one limit to the other, joints under a limit on jerk exceed the limit for some milliseconds.
         let is_fast = tool.linear > 1.3 * linear + 2e-4 || tool.angular > 1.3 * angular + 2e-4;
-        // Later, a twist may swing the arm through a singularity. This test is not about that.
+        // Later, a twist may swing the arm through a singularity. This test does not judge such motions.
         if lowered.is_some_and(|at| sim.time > at + 1.43) && sim.servo.smallest_singular_value() < 0.05 {
             break;
         }

@@ -55,7 +55,7 @@ fn after_a_gap_nothing_is_sent_before_a_joint_state_that_was_measured_after_it()
     sim.run(0.1);
     sim.goal(1, &pose("theta_desired")).unwrap();
     sim.run(0.7);
-    // The cycle wakes before the threads of DDS, so its first joint states are older than the gap.
+    // After a gap, the cycle runs before the threads of DDS do, so its first joint states are from before the gap.
     sim.state_delay = 0.05;
     sim.run(0.06);
     sim.advance(0.4, false);
@@ -91,7 +91,7 @@ fn an_arm_that_was_switched_off_where_it_stood_does_not_leap_by_the_integral() {
     }
 }
 
-/// Turns the tool by a twist at `speed` [rad/s] for `seconds`. Returns when the arm was first commanded to stand.
+/// Turns the tool by a twist at `speed` [rad/s] for `seconds`. Returns the time at which the arm was first commanded to stand.
 fn turn(sim: &mut Sim, speed: f64, seconds: f64) -> Option<f64> {
     let end = sim.time + seconds;
     let mut stood = None;
@@ -124,7 +124,7 @@ fn rule_17_a_joint_that_sticks_in_slow_motion_is_seen_once_it_should_have_gone_2
     }
 }
 
-/// Events that may happen to an arm that `integral` holds.
+/// Events that may happen to an arm with a hold (`integral`).
 const EVENTS: [&str; 18] = [
     "goal",
     "pause",

@@ -4,7 +4,7 @@ use crate::control::control_law::{ControlLaw, LawGains};
 use crate::control::{AngularLinear, PoseError};
 use std::f64::consts::SQRT_2;
 
-/// unit_quaternion with the least gains that bound the energy of the error by that of the disturbances (Figueredo, Adorno &
+/// unit_quaternion with the least gains that bound the energy of the error by the energy of the disturbances (Figueredo, Adorno &
 /// Ishihara 2021, arXiv 1811.05436, Definition 1). Its parameters are the bounds `γ_O` and `γ_T` \[s\].
 ///
 /// The outputs are `O = sin(½φ) n` and p. The disturbances are two twists, one in the joints and one in the pose. Each bound

@@ -5,8 +5,8 @@ use crate::control::control_law::{ControlLaw, LawGains};
 use crate::control::{AngularLinear, PoseError};
 use std::f64::consts::PI;
 
-/// logc with a gain that grows near the goal and far from it, so that the time to arrive is bounded. The parameters are the bound T
-/// of that time \[s\] and the largest gain [1/s].
+/// logc with a gain that is larger both near the goal and far from the goal, so that the time to arrive is bounded. The parameters
+/// are the bound T of that time \[s\] and the largest gain [1/s].
 ///
 /// The system `ẋ = −(π/T)(√x + x√x)` moves from x to 0 within the time `(2T/π) atan √x`, which is below T for any start. It is the
 /// system of Aldana-López et al. (2019, arXiv 1809.07012) with the exponents ½ and 3/2 and coefficients of 1. Its rate is unbounded

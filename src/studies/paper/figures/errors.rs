@@ -9,29 +9,29 @@ use dq_figures::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time
 use dq_kinematics::control::{Aim, Controller, Map};
 use nalgebra::Vector6;
 
-/// The ranges of the vertical axes of the paper's error plots: figures 1, 3 and 4.
+/// The limits of the vertical axes of the paper's error plots in figures 1, 3 and 4.
 const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 
-/// The initial part of diffc's motion, which needs its own time axis \[s\].
+/// The length of the initial part of diffc's motion, which has its own time axis \[s\].
 const SOON: f64 = 0.5;
 
 /// The names of the joints in the paper.
 const JOINTS: [&str; 8] = ["θ1", "θ2", "θ3", "θ4", "θ5", "θ6", "θ7", "θ8"];
 
-/// Creates a panel over the whole time of its curves.
+/// Creates a panel whose time axis spans its curves.
 fn panel(title: &str, label: &str, series: Vec<Series>) -> Panel {
     let end = series.iter().flat_map(|series| series.points.last()).map(|point| point.0).fold(0.0, f64::max);
     over_time(title, Axis::new("time [s]", 0.0..end), label, series)
 }
 
-/// Returns the whole panel, and below it the part that the paper shows.
+/// Returns two panels of the same curves: the whole range, and the range that the paper shows.
 fn with_close_up(label: &str, series: Vec<Series>, close_up: f64) -> [Panel; 2] {
     let mut close = panel("close up, as in the paper", label, series.clone());
     close.y.range = -close_up..close_up;
     [panel("whole range", label, series), close]
 }
 
-/// Returns a panel that shows only the beginning.
+/// Returns a copy of `panel` that shows only the first [`SOON`] seconds.
 fn soon(panel: &Panel) -> Panel {
     let mut soon = panel.clone();
     soon.title = format!("the first {SOON} s");
@@ -39,7 +39,8 @@ fn soon(panel: &Panel) -> Panel {
     soon
 }
 
-/// Returns a curve of `values` for each of `names`: the first ones solid in the colors of a group, the others dashed.
+/// Returns a curve of `values` for each of `names`. The first `group` curves are solid, each in its own color; the others are
+/// dashed, in the same colors.
 fn components(
     names: &[&str],
     group: usize,
@@ -55,7 +56,7 @@ fn components(
     names.iter().enumerate().map(series).collect()
 }
 
-/// Returns the curves of the positions of `count` joints, from the index `first` on.
+/// Returns the curves of the positions of `count` joints. The first joint has the index `first`.
 fn angles(trajectory: &Trajectory, first: usize, count: usize) -> Vec<Series> {
     let names = &JOINTS[..count.min(JOINTS.len())];
     components(names, COMPONENTS.len(), &trajectory.times, |k, i| trajectory.states[k][first + i])
@@ -108,7 +109,7 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
     Ok([figure, chart("fig3_angles", &title, &arms)])
 }
 
-/// Draws logc's motion as the paper integrated it, and as the program runs it through the joints.
+/// Draws logc's motion as the paper integrated it in task space, and as the program runs it through the joints.
 pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     const NAMES: [&str; 6] = [
         "½ rotation x [rad]",

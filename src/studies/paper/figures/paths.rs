@@ -34,8 +34,9 @@ fn samples(interval: f64) -> usize {
 /// The time between the dots of a path \[s\].
 const DOT_INTERVAL: f64 = 0.05;
 
-/// The time between the frames along a path \[s\], even for a path that takes four times as long.
+/// The time between the frames along a path \[s\].
 const FRAME_INTERVAL: f64 = 0.1;
+/// The time between the frames along a path that takes long \[s\].
 const LONG_FRAME_INTERVAL: f64 = 1.0;
 
 impl Tool<'_> {
@@ -103,7 +104,7 @@ impl Tool<'_> {
     }
 }
 
-/// The viewpoint from which paths are seen at their whole length.
+/// The viewpoint from which the whole length of the paths is visible.
 const ABOVE: Viewpoint = Viewpoint { azimuth: -50.0, elevation: 30.0 };
 
 /// Creates a scene of paths without frames.
@@ -123,7 +124,7 @@ pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Figure {
 }
 
 pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, PaperError> {
-    // A path without overshoot is still shown from this distance to its goal on [m].
+    // If there is no overshoot, the view extends this far around the goal [m].
     const NEAR: f64 = 5e-3;
     let overshoot = 1e3 * lab.metrics(run)?.figures.overshoot;
     let tool = Tool::from(run);

@@ -5,7 +5,7 @@ use dq_kinematics::control::Law;
 
 /// The simulated motions that several figures and the comparison share.
 pub struct Runs {
-    /// The motion of diffc with the gain with which it settles.
+    /// The motion of diffc with its gain of the paper's comparison.
     pub diffc: SimulatedRun,
     /// The motion of diffc with logc's gain.
     pub diffc_low: SimulatedRun,
@@ -22,7 +22,7 @@ pub struct Runs {
 }
 
 impl Runs {
-    /// Simulates all of these motions.
+    /// Simulates all motions.
     ///
     /// # Errors
     /// [`PaperError`] if a simulation fails.
