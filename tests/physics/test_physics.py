@@ -22,13 +22,14 @@ def check(test, row, result):
     test.assertIsNotNone(result.settled, result.reasons)
     test.assertEqual(result.last, "settled", result.reasons)
     test.assertLess(result.error, TOLERANCE)
-    if row.push is None and row.load is None:
+    # Under a push or another payload the arm may fail to follow for a moment, and passes its goal.
+    undisturbed = row.push is None and row.load is None
+    if undisturbed:
         test.assertTrue(result.stays, "what has settled stays settled")
-    if row.push is None:
         test.assertLessEqual(result.states, {"holding", "tracking", "settled"}, "no false alarm")
     if row.plant.slider == 1.0:
         test.assertFalse([reason for reason in result.reasons if "told to be slow" in reason])
-    if "integral" in row.parameters and "controller" not in row.parameters:
+    if undisturbed and "integral" in row.parameters and "controller" not in row.parameters:
         test.assertLess(result.overshoot, 1e-3)
 
 
