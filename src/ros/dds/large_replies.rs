@@ -84,7 +84,8 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
     }
 
     /// Sends `reply`, whose length must be at most [`room`](Self::room), once the client's reader is matched or the wait has timed
-    /// out. `to_nobody` is a reply that no client accepts.
+    /// out. `to_nobody` is a reply that no client accepts: if `reply` goes
+    /// out in packets of this module, `to_nobody` takes its place in RustDDS.
     ///
     /// # Errors
     /// The reason why the reply could not be sent.
