@@ -14,7 +14,7 @@ pub(super) struct Signals {
     last: Option<Instant>,
 }
 
-/// Signals that are not meant to end a process, but by default end it silently, even a servo in motion. They include SIGXFSZ: if it
+/// Signals that are not meant to end a process, but by default end it silently, even a servo in motion. One is SIGXFSZ: if SIGXFSZ
 /// is ignored, a write beyond a limit of `ulimit -f` fails like a write to a full disk.
 const IGNORED: [process::Signal; 8] = [
     process::Signal::USR1,

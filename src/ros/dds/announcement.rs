@@ -97,7 +97,8 @@ mod tests {
     const HEADER: &str = "5254505302040112011202030405060708090a0b";
     const INFO_TS: &str = "0901080000000000 00000000";
 
-    /// Returns a DATA submessage of the announcer with a unicast address for discovery (0x32) and both multicast addresses.
+    /// Returns a DATA submessage of the announcer. The submessage has both multicast addresses, and a unicast address for discovery
+    /// (0x32).
     fn announcement(multicast: [&str; 2]) -> Vec<u8> {
         let locator = "1800 01000000 f21c0000 000000000000000000000000 efff0001";
         let parameters =

@@ -30,8 +30,8 @@ use tokio::sync::Mutex;
 /// How long to wait until the reader of a client is matched.
 pub(crate) const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
-/// The length of a reply \[bytes\] that fits into one Ethernet packet. RustDDS uses 1452 bytes for RTPS. 1372 of these are for the
-/// sample, including a header of 4.
+/// The length of a reply \[bytes\] that fits into one Ethernet packet. RustDDS uses 1452 bytes for RTPS. The
+/// sample may take 1372 of them, and begins with a header of 4 bytes.
 pub(crate) const ONE_PACKET: usize = 1368;
 
 /// The length of a reply \[bytes\] that fits into one UDP datagram.

@@ -21,7 +21,7 @@ pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), Strin
 /// Therefore `~/parameters` is latched, and has all parameters together with the last changes, from the start and after each
 /// change.
 ///
-/// This server does not subscribe to `/parameter_events`, as nodes of rclcpp do to follow their own `use_sim_time`. Such
+/// Nodes of rclcpp subscribe to `/parameter_events` to follow their own `use_sim_time`. This server does not, because such
 /// subscriptions would match all nodes of a domain with each other without any use.
 pub struct ParameterServer {
     current: Mutex<Current>,
