@@ -289,7 +289,7 @@ impl RunReader {
         }
     }
 
-    /// Marks that positions after `time` do not continue the positions before. The record of a cycle arrives later than its
+    /// Marks that positions after `time` do not continue the positions before `time`. The record of a cycle arrives later than its
     /// commands.
     fn positions_begin(&mut self, time: f64) {
         for positions in self.run.commands.iter_mut().map(|commands| &mut commands.positions) {

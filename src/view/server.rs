@@ -26,8 +26,8 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 
-/// The largest number of connections without the token. The next numbers are those of connections with the token but without a
-/// session, and of sessions.
+/// The largest number of connections without the token. The next number limits the connections with the token but without a
+/// session. The last number limits the sessions.
 const MOST_STRANGERS: usize = 256;
 const MOST_GUESTS: usize = 64;
 const MOST_VIEWERS: usize = 32;

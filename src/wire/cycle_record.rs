@@ -1,8 +1,8 @@
 //! The record for replay on `~/events`: what the servo received, in the order of processing, and what it sent.
 //!
 //! A message has some consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
-//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and the output. So the servo can write each event at once, without knowing
-//! how many more events will follow.
+//! time \[ns\], each [`Recorded`] as a `Some`, then a `None`, and then the output. So the servo can write each event at once, without
+//! knowing how many more events will follow.
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
@@ -224,12 +224,12 @@ fn take<'a, V: Deserialize<'a>>(record: &mut &'a [u8]) -> Option<V> {
 }
 
 impl<'a> CycleRecord<'a> {
-    /// Begins the record of a cycle, after the records in `record`.
+    /// Appends the beginning of a cycle's record to `record`.
     pub fn begin(number: u64, now: Duration, record: &mut Vec<u8>) {
         put(&(number, u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)), record);
     }
 
-    /// Ends the record of a cycle with the servo's output.
+    /// Appends the servo's output to `record`. This ends the record of the cycle.
     pub fn end(output: Option<&[f64]>, record: &mut Vec<u8>) {
         put(&(None::<()>, output), record);
     }

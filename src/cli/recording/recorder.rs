@@ -67,7 +67,8 @@ impl Recorder {
         contains(&self.recorded, topics, patience).await
     }
 
-    /// Waits up to `patience` until a message of each of these topics has arrived. Returns whether a message of every topic has arrived.
+    /// Waits up to `patience` until a message of each of these topics has arrived. Returns whether a message of every topic has
+    /// arrived.
     pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.heard.subscribe(), topics, patience).await
     }

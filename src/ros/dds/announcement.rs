@@ -12,7 +12,7 @@ pub(crate) const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 /// after it.
 pub(super) const SENDER: std::ops::Range<usize> = 8..20;
 
-/// Opens a socket that receives the packets to this port of the multicast group. Other sockets may share the port. If any socket of
+/// Opens a socket that receives the packets sent to this port of the multicast group. Other sockets may use the port too. If any socket of
 /// this host has joined the group, as a participant's socket does, a multicast packet reaches all sockets on the port.
 ///
 /// # Errors
