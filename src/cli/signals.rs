@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// The signals that end a command: SIGINT, SIGTERM, SIGQUIT, SIGXCPU (a limit of `ulimit -t`), SIGPWR, and SIGHUP (a closed
-/// terminal, a lost connection). SIGHUP is left out if it was ignored when the program started, as by `nohup`.
+/// terminal, a lost connection). SIGHUP is left out if it was ignored when the program started, as under `nohup`.
 pub(super) struct Signals {
     ends: Vec<Signal>,
     last: Option<Instant>,

@@ -58,9 +58,10 @@ pub(super) struct RunReader {
     node: Option<String>,
     kind: ServoKind,
     parameters: ServoParameters,
-    /// The parameters that are announced later, with their times \[ns\]. The next parameters are last in the list.
+    /// The parameters that are announced later, with their times \[ns\]. The parameters that apply next are last in the list.
     announced: Vec<(i64, ServoParameters)>,
-    /// Whether each arm has reported a state since the start. The next field tells whether it has since the last sample.
+    /// Whether each arm has reported a state since the start. The next field tells whether each arm
+    /// has reported one since the last sample.
     heard: Vec<bool>,
     fresh: Vec<bool>,
     positions: Vec<f64>,

@@ -174,7 +174,7 @@ impl ServoMonitor {
         explain(&self.servo, heard, self.two_arms)
     }
 
-    /// Returns the state of the arm at `time` \[s\] after the start of its motion, in the page's format of samples.
+    /// Returns a sample in the page's format: the state of the arm, `time` \[s\] after its motion began.
     pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);

@@ -70,8 +70,8 @@ impl Saved<'_> {
     }
 }
 
-/// An event of a servo, for a record. It differs from an [`Event`] in two ways: after reading it owns its lists, and it has
-/// parameters instead of settings.
+/// An event of a servo, for a record. Unlike an [`Event`], it owns its lists after it was decoded, and it has parameters instead of
+/// settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
     /// The kind of the servo, and all its parameters. A replay can begin at this cycle, from the state in the next event,

@@ -8,12 +8,12 @@ use tokio::net::UdpSocket;
 /// The address of the group.
 pub(crate) const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// The position of the sender's GUID prefix in a message \[bytes\]. Protocol, version and vendor come before it, the submessages
-/// after it.
+/// The position of the sender's GUID prefix in a message \[bytes\]. Protocol, version and vendor precede the prefix.
+/// The submessages follow it.
 pub(super) const SENDER: std::ops::Range<usize> = 8..20;
 
-/// Opens a socket that receives the packets sent to this port of the multicast group. Other sockets may use the port too. If any socket of
-/// this host has joined the group, as a participant's socket does, a multicast packet reaches all sockets on the port.
+/// Opens a socket that receives the packets sent to this port of the multicast group. Other sockets may use the port too. If any
+/// socket of this host has joined the group, as a participant's socket does, a multicast packet reaches all sockets on the port.
 ///
 /// # Errors
 /// The operating system's error if it creates no socket.

@@ -37,7 +37,7 @@ pub(crate) const ONE_PACKET: usize = 1368;
 /// The length of a reply \[bytes\] that fits into one UDP datagram.
 const ONE_DATAGRAM: usize = 64_000;
 
-/// The number of copies of a large reply that are sent, plus one for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one
+/// A large reply is sent this many times, and once more for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one
 /// reply in 10⁴ is lost.
 const COPIES: usize = 4;
 const MORE_FOR: usize = 10_000;

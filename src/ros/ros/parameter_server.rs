@@ -17,7 +17,7 @@ pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), Strin
 /// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked
 /// as a whole before it is applied.
 ///
-/// Changes are announced on `/parameter_events`, as by every ROS 2 node. Late joiners receive none of these announcements.
+/// Like every ROS 2 node, the server announces changes on `/parameter_events`. Late joiners receive none of these announcements.
 /// Therefore `~/parameters` is latched, and has all parameters together with the last changes, from the start and after each
 /// change.
 ///
