@@ -118,7 +118,7 @@ pub(super) struct Snapshots {
     last: Option<Changes>,
     /// The updates to send with the next status.
     updates: MotionUpdates,
-    /// The count of settings changes when the law's rate was last sent.
+    /// The number of changes of the settings up to the time when the law's rate was last sent.
     judged: Option<u64>,
     pose: Duration,
     status: Duration,

@@ -61,8 +61,8 @@ impl Recorder {
         self.recorded.borrow().clone()
     }
 
-    /// Waits up to `patience` until all these topics are recorded. Returns whether all of them are. A publisher may take some
-    /// milliseconds more to discover the recorder. To lose no message, the publisher must wait for its readers.
+    /// Waits up to `patience` until all these topics are recorded. Returns whether all of them are recorded. A publisher may
+    /// take some milliseconds more to discover the recorder. To lose no message, the publisher must wait for its readers.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }
@@ -305,7 +305,7 @@ impl Receiver {
     }
 }
 
-/// Waits up to `patience` until all these topics are in the set. Returns whether they all are.
+/// Waits up to `patience` until all these topics are in the set. Returns whether all of them are in it.
 async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], patience: Duration) -> bool {
     let mut set = set.clone();
     let all = set.wait_for(|set| topics.iter().all(|topic| set.contains(*topic)));

@@ -45,7 +45,7 @@ pub(super) struct Pair {
 #[derive(Clone)]
 pub(super) struct OwnEndpoint {
     pub topic: String,
-    /// Logs a warning of the endpoint's owner.
+    /// Writes a warning to the log of the endpoint's owner.
     pub warn: Warn,
 }
 
