@@ -5,7 +5,7 @@ use super::error::NetworkLost;
 use super::signals::Signals;
 use anyhow::{bail, ensure};
 use dq_config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
-use dq_nodes::{Given, GuardNode, PlantNode, Prepared, ServoNode};
+use dq_nodes::{GuardNode, NodeArguments, PlantNode, Prepared, ServoNode};
 use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
@@ -35,7 +35,7 @@ async fn described<P: NodeParameters>(
     ros_args: &RosArgs,
 ) -> anyhow::Result<Option<(Session, Prepared<P>)>> {
     // Report invalid parameters before joining the network.
-    let given = Given::<P>::new(ros_args)?;
+    let given = NodeArguments::<P>::new(ros_args)?;
     let priority = given.realtime_priority();
     if !given.is_awaited() {
         let prepared = given.prepare()?;
@@ -63,7 +63,7 @@ fn session(ros_args: &RosArgs, priority: u8) -> anyhow::Result<Session> {
 /// Runs a simulated arm.
 pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
-    let given = Given::<PlantParameters>::new(ros_args)?;
+    let given = NodeArguments::<PlantParameters>::new(ros_args)?;
     let priority = given.realtime_priority();
     let prepared = given.prepare()?;
     let session = session(ros_args, priority)?;

@@ -1,6 +1,6 @@
 //! The robot description from a topic: the servo waits for the description before the start, and watches the topic while running.
 
-use super::{Given, NodeError, Prepared};
+use super::{NodeArguments, NodeError, Prepared};
 use dq_config::NodeParameters;
 use dq_description::Description;
 use dq_messages::NodeContract;
@@ -18,7 +18,7 @@ const TOPIC: &str = "robot_description";
 /// The interval between two log lines that say that the node waits for the description, or that a different description arrived.
 const REMINDER: Duration = Duration::from_secs(5);
 
-impl<P: NodeParameters> Given<P> {
+impl<P: NodeParameters> NodeArguments<P> {
     /// Waits for a robot description on `session`, and prepares the node from it and the command line.
     ///
     /// # Errors

@@ -36,7 +36,7 @@ mod shutdown;
 mod snapshot;
 
 pub use guard::GuardNode;
-pub use parameters::{Given, Prepared};
+pub use parameters::{NodeArguments, Prepared};
 pub use plant::PlantNode;
 pub use realtime::{RealtimeError, below};
 pub use servo::ServoNode;

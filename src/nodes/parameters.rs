@@ -30,7 +30,7 @@ impl<P: NodeParameters> Prepared<P> {
     /// # Errors
     /// [`NodeError`] if a name or a parameter is invalid.
     pub fn new(args: &RosArgs) -> Result<Self, NodeError> {
-        Given::new(args)?.prepare()
+        NodeArguments::new(args)?.prepare()
     }
 
     /// Returns the parameters.
@@ -54,7 +54,7 @@ pub(super) const CYCLE_ENDED: &str = "the node's cycle has ended";
 
 /// The names of a node and its parameters, as the command line gives them. The parameters are not checked yet. Each parameter file
 /// is read once.
-pub struct Given<P> {
+pub struct NodeArguments<P> {
     names: Resolver,
     values: Vec<ParameterOverride>,
     logging: Logging,
@@ -62,7 +62,7 @@ pub struct Given<P> {
     kind: PhantomData<P>,
 }
 
-impl<P: NodeParameters> Given<P> {
+impl<P: NodeParameters> NodeArguments<P> {
     /// Reads the command line and its parameter files.
     ///
     /// # Errors

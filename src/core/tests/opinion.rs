@@ -104,7 +104,7 @@ struct Wanted {
 
 /// The joint states of one arm that were delivered.
 #[derive(Clone, Debug, Default)]
-struct Seen {
+struct DeliveredStates {
     came: Option<Duration>,
     measured: Duration,
     positions: Vec<f64>,
@@ -135,7 +135,7 @@ pub struct Opinion {
     paused: Truth,
     /// The time of the last twist that was zero or may have moved the arm.
     released: Duration,
-    arms: Vec<Seen>,
+    arms: Vec<DeliveredStates>,
     rival_of_commands: bool,
     /// Until this time, it is not certain that a request moves the arm.
     doubtful: Duration,
@@ -158,7 +158,7 @@ impl Opinion {
             lost: None,
             paused: No,
             released: Duration::ZERO,
-            arms: vec![Seen::default(); arms],
+            arms: vec![DeliveredStates::default(); arms],
             rival_of_commands: false,
             doubtful: Duration::ZERO,
             refuses: None,
@@ -422,7 +422,7 @@ impl Opinion {
     fn watch_for_jumps(
         &mut self,
         arm: usize,
-        before: &Seen,
+        before: &DeliveredStates,
         positions: &[f64],
         measured: Duration,
         now: Duration,
@@ -487,7 +487,7 @@ impl Opinion {
     /// Returns whether two publishers of one arm's joint states alternate without a pause, or two publishers of its commands.
     fn two_publishers(&self, now: Duration) -> bool {
         let recent = |heard: Duration| age(now, heard) < self.settings.state_timeout / 2;
-        let two = |arm: &Seen| {
+        let two = |arm: &DeliveredStates| {
             arm.sources.iter().any(|(by, first, heard)| {
                 let mut others = arm.sources.iter().filter(|(other, ..)| other != by);
                 recent(*heard) && others.any(|(_, came, last)| came > first && heard > came && recent(*last))

@@ -49,9 +49,9 @@ pub(crate) struct StaticPeers {
     datagrams: OwnDatagrams,
 }
 
-/// The known addresses of the hosts and their participants.
+/// The addresses of the peers: their hosts and participants.
 #[derive(Default)]
-struct Known {
+struct Peers {
     hosts: BTreeSet<IpAddr>,
     /// The addresses on which participants on these hosts receive data.
     participants: BTreeSet<SocketAddr>,
@@ -74,7 +74,7 @@ impl StaticPeers {
     /// Sends the multicast packets of `participant` to the hosts, forever.
     pub async fn serve(self, participant: Weak<DomainParticipant>, own: Prefix, warn: impl Fn(String)) {
         let (mut discovery, mut data) = (vec![0; LARGEST], vec![0; LARGEST]);
-        let mut known = Known::default();
+        let mut peers = Peers::default();
         let [mut announce, mut look, mut look_up] = [ANNOUNCEMENTS, LOOK, LOOK_UP].map(|period| {
             let mut timer = interval(period);
             timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -84,21 +84,21 @@ impl StaticPeers {
         loop {
             tokio::select! {
                 Ok(length) = self.discovery.recv(&mut discovery) => {
-                    self.send_discovery(&mut discovery[..length], own, &mut known);
+                    self.send_discovery(&mut discovery[..length], own, &mut peers);
                 }
                 Ok(length) = self.data.recv(&mut data) => {
                     if is_own(&data[..length], own) {
-                        known.participants.iter().for_each(|address| self.send(&data[..length], *address));
+                        peers.participants.iter().for_each(|address| self.send(&data[..length], *address));
                     }
                 }
-                _ = look_up.tick() => known.hosts.extend(self.hosts(&mut warned, &warn).await),
+                _ = look_up.tick() => peers.hosts.extend(self.hosts(&mut warned, &warn).await),
                 _ = look.tick() => {
                     // The last messages of a participant that has ended are sent too.
-                    participant.upgrade().iter().for_each(|participant| known.look(participant));
+                    participant.upgrade().iter().for_each(|participant| peers.look(participant));
                 }
                 _ = announce.tick() => {
-                    self.announce(&known);
-                    if known.announcement.is_none() && began.elapsed() > PATIENCE && warned.insert(String::new()) {
+                    self.announce(&peers);
+                    if peers.announcement.is_none() && began.elapsed() > PATIENCE && warned.insert(String::new()) {
                         warn(WITHOUT_MULTICAST.to_owned());
                     }
                 }
@@ -107,15 +107,15 @@ impl StaticPeers {
     }
 
     /// Sends a message that describes our participant or its endpoints.
-    fn send_discovery(&self, message: &mut [u8], own: Prefix, known: &mut Known) {
+    fn send_discovery(&self, message: &mut [u8], own: Prefix, peers: &mut Peers) {
         if !is_own(message, own) {
             return;
         }
         if announcement::without_multicast(message) {
-            known.announcement = Some(message.to_vec());
-            return self.announce(known);
+            peers.announcement = Some(message.to_vec());
+            return self.announce(peers);
         }
-        for address in &known.participants {
+        for address in &peers.participants {
             // Participants receive discovery on the port before that of data, or on the same port.
             let before = SocketAddr::new(address.ip(), address.port().saturating_sub(1));
             [before, *address].iter().for_each(|address| self.send(message, *address));
@@ -123,11 +123,11 @@ impl StaticPeers {
     }
 
     /// Sends our participant's announcement to each port that a participant may have on these hosts.
-    fn announce(&self, known: &Known) {
-        let Some(announcement) = &known.announcement else { return };
+    fn announce(&self, peers: &Peers) {
+        let Some(announcement) = &peers.announcement else { return };
         let ports = (0..PARTICIPANTS).map(|number| ports::of_participant(self.domain, number));
         let addresses =
-            ports.flat_map(|port| known.hosts.iter().map(move |host| SocketAddr::new(*host, port)));
+            ports.flat_map(|port| peers.hosts.iter().map(move |host| SocketAddr::new(*host, port)));
         addresses.for_each(|address| self.send(announcement, address));
     }
 
@@ -157,7 +157,7 @@ impl StaticPeers {
 const WITHOUT_MULTICAST: &str = "ROS_STATIC_PEERS has no effect: no network interface of this host has multicast, from which this program \
                                  takes what it tells them";
 
-impl Known {
+impl Peers {
     /// Collects the participants that RustDDS knows on these hosts.
     fn look(&mut self, participant: &DomainParticipant) {
         let readers = participant.discovered_readers().into_iter();

@@ -18,7 +18,7 @@ fn send(rig: &mut Rig, pose: &UnitDualQuaternion, by: u32, stamp: i64) {
 }
 
 /// Returns the numbers and outcomes of the motions recorded since the last call.
-fn news(rig: &mut Rig) -> Vec<(u64, Outcome)> {
+fn updates(rig: &mut Rig) -> Vec<(u64, Outcome)> {
     rig.servo.take_motions().map(|motion| (motion.number, motion.outcome)).collect()
 }
 
@@ -50,7 +50,7 @@ fn a_motion_is_recorded_when_it_begins_and_when_it_arrives_and_what_the_arm_does
     rig.run(1.0);
     rig.stop();
     rig.run(0.5);
-    assert_eq!(news(&mut rig), []);
+    assert_eq!(updates(&mut rig), []);
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_on
         send(&mut rig, &moved_by(&pose("theta_desired"), 0.002 * f64::from(i)), 0, i64::from(i));
         rig.run(0.5);
     }
-    assert_eq!(news(&mut rig), [(1, Outcome::Underway)]);
+    assert_eq!(updates(&mut rig), [(1, Outcome::Underway)]);
     rig.run_until(State::Settled, 30.0);
     rig.run(STREAM.as_secs_f64());
     let ended: Vec<Motion> = rig.servo.take_motions().collect();
@@ -74,7 +74,7 @@ fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_on
     let both = [Outcome::Underway, Outcome::Arrived];
     let expected: Vec<_> =
         [2, 3].into_iter().flat_map(|number| both.map(|outcome| (number, outcome))).collect();
-    assert_eq!(news(&mut rig), expected);
+    assert_eq!(updates(&mut rig), expected);
     assert_eq!(rig.servo.status().figures.path_length, 0.0);
 }
 
@@ -88,7 +88,7 @@ fn a_goal_that_moves_with_its_frame_is_arrived_at_though_it_moves() {
         rig.servo.move_goal(&GoalMotion::To(reading(&goal, 0)), rig.now).unwrap();
         rig.run(1.0);
     }
-    assert_eq!(news(&mut rig), [(1, Outcome::Underway), (1, Outcome::Arrived)]);
+    assert_eq!(updates(&mut rig), [(1, Outcome::Underway), (1, Outcome::Arrived)]);
 }
 
 #[test]
@@ -97,30 +97,30 @@ fn a_motion_that_does_not_arrive_says_why() {
         let mut rig = Rig::new();
         send(&mut rig, &pose("theta_desired"), 0, 1);
         rig.run(0.5);
-        news(&mut rig);
+        updates(&mut rig);
         rig
     };
     let mut rig = begun();
     send(&mut rig, &moved_by(&pose("theta_desired"), 0.1), 1, 2);
-    assert_eq!(news(&mut rig), [(1, Outcome::Replaced)]);
+    assert_eq!(updates(&mut rig), [(1, Outcome::Replaced)]);
     let mut rig = begun();
     rig.stop();
     rig.run(0.1);
-    assert_eq!(news(&mut rig), [(1, Outcome::Revoked(Revocation::Stopped))]);
+    assert_eq!(updates(&mut rig), [(1, Outcome::Revoked(Revocation::Stopped))]);
     let mut rig = begun();
     rig.twist([0.0, 0.0, 0.05], [0.0; 3], "").unwrap();
     rig.cycle();
-    assert_eq!(news(&mut rig), [(1, Outcome::Revoked(Revocation::Jogged))]);
+    assert_eq!(updates(&mut rig), [(1, Outcome::Revoked(Revocation::Jogged))]);
     let mut rig = begun();
     rig.connect(false);
     rig.run(2.0);
     rig.connect(true);
     rig.run(0.1);
-    let ended = news(&mut rig);
+    let ended = updates(&mut rig);
     assert!(matches!(ended[..], [(1, Outcome::Revoked(Revocation::WasAway(_)))]), "{ended:?}");
     rig.pause(false);
     rig.cycle();
-    assert_eq!(news(&mut rig), [(2, Outcome::Underway)], "asked for once more");
+    assert_eq!(updates(&mut rig), [(2, Outcome::Underway)], "asked for once more");
 }
 
 #[test]
