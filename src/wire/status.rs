@@ -52,7 +52,7 @@ pub struct StatusReport {
 pub struct CycleJitter {
     /// The lateness that 99 % of the cycles do not exceed.
     pub p99: f64,
-    /// The largest value.
+    /// The largest lateness.
     pub max: f64,
 }
 

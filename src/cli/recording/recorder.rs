@@ -137,7 +137,7 @@ impl Delivery {
         })
     }
 
-    /// Returns the strictest QoS that meets both.
+    /// Returns the strictest QoS that both offer.
     fn and(self, other: Self) -> Self {
         Self {
             reliable: self.reliable && other.reliable,

@@ -14,8 +14,8 @@ const MOST_SAMPLES: i32 = 10_000;
 /// The memory for the samples of a topic \[bytes\], if messages stay as large as the first ones.
 const ROOM: usize = 32 << 20;
 
-/// If later messages are larger than the first ones, the stored samples may use up to this much memory \[bytes\]. Above it the
-/// subscription ends.
+/// If later messages are larger than the first ones, the stored samples may use up to this much memory \[bytes\]. If they need
+/// more, the subscription ends.
 const LIMIT: usize = 256 << 20;
 
 /// The memory that RustDDS needs for a sample in addition to its payload \[bytes\], measured.
