@@ -2,10 +2,10 @@
 //!
 //! RustDDS 0.15.1 announces a participant by multicast, and by unicast only to this host. It also prefers multicast for the
 //! endpoints and the data of participants that announce a multicast address. So this module receives the multicast packets of the
-//! participant, and sends them on to the hosts. It sends the announcement to each port that a participant may have on such a host, without the
-//! multicast addresses (`announcement`), so that participants there answer by unicast. It sends all other packets to the known
-//! participants on these hosts. Delete this module when `DomainParticipantBuilder` takes peers and the
-//! `dds` test an_arm_behind_a_router_… passes without the module.
+//! participant, and sends them on to the hosts. It sends the announcement to each port that a participant may have on such a host,
+//! without the multicast addresses (`announcement`), so that participants there answer by unicast. It sends all other packets to
+//! the known participants on these hosts. Delete this module when `DomainParticipantBuilder` takes peers and the `dds` test
+//! an_arm_behind_a_router_… passes without the module.
 
 use super::announcement::{self, SENDER};
 use super::own_datagrams::{OwnDatagrams, addresses};
