@@ -60,9 +60,9 @@ pub(super) struct RunReader {
     parameters: ServoParameters,
     /// The parameters that are announced later, with their times \[ns\]. The parameters that apply next are last in the list.
     announced: Vec<(i64, ServoParameters)>,
-    /// Whether each arm has reported a state since the start. The next field tells whether each arm
-    /// has reported one since the last sample.
+    /// Whether each arm has reported a state since the start.
     heard: Vec<bool>,
+    /// Whether each arm has reported a state since the last sample.
     fresh: Vec<bool>,
     positions: Vec<f64>,
     velocities: Vec<f64>,

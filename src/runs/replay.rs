@@ -109,8 +109,9 @@ pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
 struct Replica {
     replayed: Replayed,
     motions: MotionRows,
-    /// The time of the first cycle that was compared. The next field is the time of the last cycle that was read.
+    /// The time of the first cycle that was compared.
     first: Option<Duration>,
+    /// The time of the last cycle that was read.
     last: Option<Duration>,
     running: Option<Running>,
 }

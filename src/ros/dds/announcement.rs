@@ -25,8 +25,9 @@ pub(super) fn listen(port: u16) -> std::io::Result<UdpSocket> {
     UdpSocket::from_std(socket.into())
 }
 
-/// The kind of a submessage with data. The next constant is the flag of a submessage that has a payload.
+/// The kind of a submessage with data.
 const DATA: u8 = 0x15;
+/// The flag of a submessage that has a payload.
 const PAYLOAD: u8 = 0x04;
 
 /// The flag of a submessage that is in little endian.
@@ -35,10 +36,11 @@ const LITTLE_ENDIAN: u8 = 0x01;
 /// The id of the entity that writes announcements.
 const ANNOUNCER: [u8; 4] = [0, 1, 0, 0xc2];
 
-/// The ids of the parameters with multicast addresses: for discovery, and for data. The next constants are the id of a parameter
-/// that receivers ignore, and the id of the end of the parameters.
+/// The ids of the parameters with multicast addresses: for discovery, and for data.
 const MULTICAST: [u16; 2] = [0x33, 0x48];
+/// The id of a parameter that receivers ignore.
 const IGNORED: u16 = 0;
+/// The id that ends the parameters.
 const END: u16 = 1;
 
 /// Removes the multicast addresses from `message`, an RTPS message with an announcement. Returns false if `message` is not an
