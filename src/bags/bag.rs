@@ -23,7 +23,7 @@ const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 /// The bound for the chunks that are unpacked. Chunks may contain images and maps of one color, which take time but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
-/// The bag unpacks blocks that overlap in time together, as long as their messages have fewer bytes than this.
+/// If blocks overlap in time, the bag unpacks them together, as long as their messages have fewer bytes than this.
 const OVERLAP: usize = 64 << 20;
 
 /// A bag, and an iterator over its messages in the order of log time. Messages with equal times keep their stored order.

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Returns the files in a bag's directory in order, each once. These are the files named in the bag's metadata; without metadata,
-/// all files whose names have a bag's endings.
+/// all files whose names end like those of bag files.
 pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result<Vec<PathBuf>, BagError> {
     let files = match metadata::read(directory) {
         Ok(Some(metadata)) if metadata.is_packed_otherwise() => {

@@ -1,5 +1,5 @@
 //! Reads the fields of MCAP records with checked lengths. The crate's own parser allocates as much memory as a length field states,
-//! before it checks that the record has this many.
+//! before it checks that the record has this many bytes.
 
 /// A channel record.
 #[derive(Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub(super) fn message(data: &[u8]) -> Option<(u16, u64, &[u8])> {
     Some((channel, u64::from_le_bytes(*log_time), payload))
 }
 
-/// Returns the unpacked size that a chunk record states; `None` if its length contradicts the record.
+/// Returns the unpacked size that a chunk record states; `None` if the stated packed length is wrong.
 pub(super) fn chunk_size(data: &[u8]) -> Option<u64> {
     let (_times, rest) = data.split_first_chunk::<16>()?;
     let (size, rest) = rest.split_first_chunk()?;

@@ -84,7 +84,7 @@ pub struct BagWriter {
     distro: &'static str,
 }
 
-/// The state that the bag has by its metadata.
+/// The state of the bag that the written metadata show.
 struct MetadataState {
     topics: usize,
     messages: u64,

@@ -6,7 +6,7 @@ use dq_params::Value;
 use dq_ros::ros::RosArgs;
 use dq_ros::ros::args::{Override, Remap};
 
-/// The choice of an arm other than the built-in PUMA 560 or one that ROS arguments describe.
+/// The choice of a built-in arm. Without it, the arm is the PUMA 560 or the one that ROS arguments describe.
 #[derive(clap::Args, Default)]
 pub(super) struct ArmChoice {
     /// A built-in arm; ROS arguments override its parameter file

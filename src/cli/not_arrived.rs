@@ -1,5 +1,5 @@
-//! The reason why an arm did not arrive: in the words of its motion or, if the motion has not ended, in those of the servo's
-//! status.
+//! The reason why an arm did not arrive. The text comes from the report of the motion or, if the motion has not ended, from the
+//! servo's status.
 
 use thiserror::Error;
 

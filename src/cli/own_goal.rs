@@ -73,7 +73,7 @@ impl OwnGoal {
         (self.in_frame && is_free).then_some(true)
     }
 
-    /// Returns the longest time for which it may still be unknown what becomes of the goal.
+    /// Returns the longest time until the goal message is certainly taken, rejected, or lost.
     pub fn open_for(&self) -> Duration {
         TO_BE_TAKEN.saturating_sub(self.last_sent.elapsed())
     }

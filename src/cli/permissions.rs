@@ -121,7 +121,8 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds the permissions to get and set the parameters of the node. Values that are too long for a reply are on a topic.
+    /// Adds the permissions to get and set the parameters of the node, and to read the topic that has the values too long for a
+    /// reply.
     fn sets_parameters(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for service in OF_EVERY_NODE {
             self.calls(&node.names.service(service)?);

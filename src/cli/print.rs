@@ -46,7 +46,7 @@ macro_rules! print_line {
 }
 pub(super) use print_line;
 
-/// Rounds a number, a length in m or a component of a quaternion, for display. Replaces -0 by 0.
+/// Rounds a number for display: a length in m, or a component of a quaternion. Replaces -0 by 0.
 pub(super) fn short(number: f64) -> f64 {
     const DIGITS: f64 = 1e12;
     (number * DIGITS).round() / DIGITS + 0.0

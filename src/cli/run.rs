@@ -88,8 +88,8 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network, and also if this host has an
-/// address that the process does not use while `waits` returns true.
+/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network. While `waits` returns true, also
+/// returns an error if this host has an address that the process does not use.
 pub(super) async fn until(
     signals: &mut Signals,
     waits: impl Fn() -> bool,

@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// The signals that end a command: SIGINT, SIGTERM, SIGQUIT, SIGXCPU (a limit of `ulimit -t`), SIGPWR, and SIGHUP (a closed
-/// terminal, a lost connection). SIGHUP is left out if it was ignored when the program started, as by `nohup`.
+/// terminal, a lost connection). SIGHUP is left out if it was ignored when the program started, as under `nohup`.
 pub(super) struct Signals {
     ends: Vec<Signal>,
     last: Option<Instant>,
 }
 
-/// Signals that are not meant to end a process, but by default end it silently, even a servo in motion. They include SIGXFSZ: if it
+/// Signals that are not meant to end a process, but by default end it silently, even a servo in motion. One is SIGXFSZ: if SIGXFSZ
 /// is ignored, a write beyond a limit of `ulimit -f` fails like a write to a full disk.
 const IGNORED: [process::Signal; 8] = [
     process::Signal::USR1,

@@ -17,7 +17,7 @@ pub trait InPlace: Default {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }
 
-/// Decodes a message into the message in the cell, and takes it out of the cell.
+/// Takes the earlier message out of the cell, and decodes the next message into it.
 pub struct Reuse<'a, M>(pub &'a Cell<M>);
 
 impl<M> Clone for Reuse<'_, M> {

@@ -34,8 +34,8 @@ pub trait ServiceType: 'static {
     /// The response of the server.
     type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
-    /// Returns a response to send instead of one of `_bytes` bytes, if the client can read only `_room` bytes. `None` if the
-    /// service has no such response.
+    /// Returns a response to send instead of a response of `_bytes` bytes, if the client can read only `_room` bytes. `None` if
+    /// the service has no such response.
     fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
         None
     }

@@ -10,7 +10,7 @@ const LEAST_TIME: Duration = Duration::from_millis(20);
 /// The speed of an arm.
 #[derive(Default)]
 pub(super) struct ArmSpeed {
-    /// The speed of the fastest joint [rad/s]: the reported speed, or the speed that the positions show if that is lower. Some
+    /// The speed of the fastest joint [rad/s]: the lower of the reported speed and the speed that the positions show. Some
     /// drivers report something else in the field for speeds. `None` if a joint has no reported speed.
     pub fastest: Option<f64>,
     /// Earlier positions \[rad\], with the time at which they arrived.

@@ -56,8 +56,8 @@ pub(super) struct ParameterRecord {
 }
 
 impl ParameterRecord {
-    /// Encodes the parameters in `store` of a servo of this kind, the `changes` that led to these parameters, and the live
-    /// keep-outs `drawn`.
+    /// Encodes the parameters in `store`, the `changes` that led to them, and the live keep-outs `drawn`. The parameters belong to
+    /// a servo of this kind.
     pub fn new(
         kind: ServoKind,
         store: &ParameterStore,

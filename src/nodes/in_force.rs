@@ -43,8 +43,9 @@ pub(super) struct NotObeyed {
 }
 
 impl InForce {
-    /// Creates the settings in force of a servo of this kind. `settings` are those of the parameters, which the cycle already has,
-    /// without live keep-outs. The servo does not check `idle` of the keep-outs. `requests` sends later settings to the cycle.
+    /// Creates the settings in force of a servo of this kind. `settings` come from the parameters, have no live keep-outs, and are
+    /// already in the cycle. `idle` is the number of keep-outs and keep-ins that the servo does not check.
+    /// `requests` sends later settings to the cycle.
     pub fn new(
         settings: Settings,
         idle: usize,

@@ -1,4 +1,4 @@
-//! The live keep-outs, which are markers on `~/keep_out`. A thread for which no other thread waits builds them. The servo obeys
+//! The live keep-outs, which are markers on `~/keep_out`. They are built on a thread for which no other thread waits. The servo obeys
 //! them in addition to the keep-outs of the parameters.
 
 use super::frames::Tree;

@@ -168,8 +168,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the frame in which the goal with this stamp \[ns\] was sent. If the last goal from another frame has this stamp,
-    /// returns its frame; otherwise the servo's own frame.
+    /// Returns the frame in which the goal with this stamp \[ns\] was sent: the frame of the last goal from another frame, if that
+    /// goal has this stamp; otherwise the servo's own frame.
     pub fn frame_of(&self, stamp: i64) -> &str {
         let taken = &self.taken_frame;
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }

@@ -4,8 +4,9 @@
 //! until the sender's own messages show that they do not. From then on, the age of a message is its delay relative to the sender's
 //! fastest messages.
 //!
-//! A wrong clock makes ages less exact. If the publisher was there before this node, its first messages may be rejected as late:
-//! all until two messages that are 0.1 s apart agree. The reason then names their apparent age.
+//! A wrong clock makes ages less exact. If the publisher was there before this node and its clock is behind, its messages may
+//! be rejected as late at first. The clock is known once two messages that arrive at least 0.1 s apart have the same offset, up to
+//! `JITTER`. The reason for the rejection names the apparent age.
 
 use std::time::Duration;
 

@@ -16,7 +16,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
 
-/// The interval of poses and pose errors (100 Hz). The next intervals are those of the status (10 Hz) and of diagnostics (1 Hz).
+/// The interval between two poses and pose errors (100 Hz). The next intervals are those of the status (10 Hz) and of diagnostics
+/// (1 Hz).
 const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
@@ -103,7 +104,7 @@ pub(super) struct Snapshot {
     pub updates: MotionUpdates,
     /// The timing of the cycle; zeros if neither status nor diagnostics are due.
     pub timing: TimingFigures,
-    /// If the reason for the state is a conflict between two publishers: these publishers.
+    /// The two publishers in conflict, if a conflict is the reason for the state.
     pub rivals: [Option<EndpointId>; 2],
     /// The publisher of the last request, if that request was a message.
     pub asker: Option<EndpointId>,
@@ -117,7 +118,7 @@ pub(super) struct Snapshots {
     last: Option<Changes>,
     /// The updates to send with the next status.
     updates: MotionUpdates,
-    /// The count of settings changes when the law's rate was last sent.
+    /// The number of changes of the settings up to the time when the law's rate was last sent.
     judged: Option<u64>,
     pose: Duration,
     status: Duration,

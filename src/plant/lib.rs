@@ -115,8 +115,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Queues a command that takes effect at `at`. Discards earlier commands that would take effect after it, because the latency
-    /// has become shorter.
+    /// Queues a command that takes effect at `at`. If the latency has become shorter, discards earlier commands that
+    /// would take effect later.
     fn send(&mut self, at: Duration, command: Command) {
         self.under_way.retain(|(before, _)| *before <= at);
         self.under_way.push_back((at, command));
@@ -196,8 +196,8 @@ impl Plant {
         self.moved = Some(now);
     }
 
-    /// Moves the joints toward `target` at constant speed, so that they arrive at its time. `passed` is the time since the previous
-    /// step.
+    /// Moves the joints toward `target` at constant speed, so that they arrive at the target's time. `passed` is the time since the
+    /// previous step.
     fn approach(&mut self, target: Target, now: Duration, passed: Duration) {
         let left = target.at.saturating_sub(now);
         let part = if left.is_zero() { 1.0 } else { passed.as_secs_f64() / (passed + left).as_secs_f64() };

@@ -40,8 +40,8 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm. The tasks for this search occur in
-/// no comparison.
+/// Returns the gain at which the law's median settling time on this arm equals that of logc with a gain of 2 1/s. The tasks for this
+/// search occur in no comparison.
 #[pyfunction]
 #[pyo3(signature = (law, arm, *, parameters = None))]
 pub(super) fn settling_gain(

@@ -1,6 +1,7 @@
 //! Writes lines to stderr on its own thread.
 //!
-//! A terminal stopped by ctrl-S, or a pipe that nobody reads, can block a write forever; a closed pipe or a full disk fails it.
+//! A terminal stopped by ctrl-S, or a pipe that nobody reads, can block a write forever. A closed pipe or a full disk makes the
+//! write fail.
 //! Therefore lines are queued here, which never blocks. Lines that do not fit into the queue or cannot be written are lost. Once
 //! writing works again, the number of lost lines is written instead.
 

@@ -58,10 +58,11 @@ pub(super) struct RunReader {
     node: Option<String>,
     kind: ServoKind,
     parameters: ServoParameters,
-    /// The parameters that are announced later, with their times \[ns\]. The next parameters are last in the list.
+    /// The parameters that are announced later, with their times \[ns\]. The parameters that apply next are last in the list.
     announced: Vec<(i64, ServoParameters)>,
-    /// Whether each arm has reported a state since the start. The next field tells whether it has since the last sample.
+    /// Whether each arm has reported a state since the start.
     heard: Vec<bool>,
+    /// Whether each arm has reported a state since the last sample.
     fresh: Vec<bool>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
@@ -289,7 +290,7 @@ impl RunReader {
         }
     }
 
-    /// Marks that positions after `time` do not continue the positions before. The record of a cycle arrives later than its
+    /// Marks that positions after `time` do not continue the positions before `time`. The record of a cycle arrives later than its
     /// commands.
     fn positions_begin(&mut self, time: f64) {
         for positions in self.run.commands.iter_mut().map(|commands| &mut commands.positions) {

@@ -26,7 +26,7 @@ pub struct Replayed {
     pub commands: u64,
     /// The number of commands that differ in any bit.
     pub different: u64,
-    /// The number of differing commands in place of which the replay sends nothing.
+    /// The number of differing commands that the replay does not send at all.
     pub not_sent: u64,
     /// The largest difference of a joint's command, in `unit`.
     pub largest_difference: f64,
@@ -109,8 +109,9 @@ pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
 struct Replica {
     replayed: Replayed,
     motions: MotionRows,
-    /// The time of the first cycle that was compared. The next field is the time of the last cycle that was read.
+    /// The time of the first cycle that was compared.
     first: Option<Duration>,
+    /// The time of the last cycle that was read.
     last: Option<Duration>,
     running: Option<Running>,
 }

@@ -10,8 +10,8 @@ use dq_space::space::{KeepOut, MOST_KEEP_OUTS, Scene};
 use serde::Serialize;
 use std::ops::Range;
 
-/// The run of one servo, or of an arm whose servo is unknown. Times count from the first motion \[s\]; in a run without a motion,
-/// from its beginning.
+/// The run of one servo, or of an arm whose servo is unknown. Times \[s\] count from the first motion, or from the beginning of
+/// a run without a motion.
 #[derive(Clone, Debug)]
 pub struct RecordedRun {
     /// The name of the bag, and the namespace of the run.
@@ -33,7 +33,7 @@ pub struct RecordedRun {
     pub keep_outs: Vec<KeepOut>,
     /// All keep-ins of the run, with their first shapes.
     pub keep_ins: Vec<KeepOut>,
-    /// When the arm first overlapped with a keep-out or with itself, unless it did so from its start.
+    /// When the arm first overlapped with a keep-out or with itself, unless it overlapped from the start.
     pub inside: Option<(f64, Violation)>,
     /// The deviation of each cycle from its period \[ms\]. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,
@@ -59,14 +59,14 @@ pub struct RecordedRun {
     pub notes: Vec<String>,
 }
 
-/// Two parts of a run are separated by a longer gap between joint states than this \[s\].
+/// A gap between joint states that is longer than this \[s\] separates two parts of a run.
 const APART: f64 = 60.0;
 
 /// Two parts of a run count as far from each other if the gap between them is longer than this many times the duration of all
 /// parts.
 const FAR: f64 = 10.0;
 
-/// Returns the interval \[s\] of each part of a run that is far from the other parts, and its number of states.
+/// Returns the parts of a run that are far from each other. Each part has its interval \[s\] and its number of states.
 fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
     let steps = times.clone().zip(times.clone().skip(1)).map(|(one, next)| next - one);
     let recorded: f64 = steps.filter(|step| *step <= APART).sum();

@@ -85,8 +85,9 @@ impl ArmShape {
         }
     }
 
-    /// Returns the data in the page's format: the length of a JSON list, the list with the sizes of each surface, and the corners
-    /// and triangles of all surfaces. Numbers have 4 bytes, little endian. Each part of the data begins at a multiple of 4 bytes.
+    /// Returns the data in the page's format: the length of a JSON list, then this list, with the sizes of each surface. Then follow
+    /// the corners and the triangles of one surface after the other. Numbers have 4 bytes, little endian. Each part of the data
+    /// begins at a multiple of 4 bytes.
     pub fn bytes(&self) -> Vec<u8> {
         let shown = self.surfaces.iter().enumerate().filter(|(_, surface)| !surface.triangles.is_empty());
         let list = shown.clone().map(|(carrier, surface)| {

@@ -26,10 +26,11 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 
-/// The largest number of connections without the token. The next numbers are those of connections with the token but without a
-/// session, and of sessions.
+/// The largest number of connections without the token.
 const MOST_STRANGERS: usize = 256;
+/// The largest number of connections with the token but without a session.
 const MOST_GUESTS: usize = 64;
+/// The largest number of sessions.
 const MOST_VIEWERS: usize = 32;
 
 /// A connection without the token is closed after this time, so that browsers with the token soon get a place. A lost packet is
@@ -39,8 +40,9 @@ const STRANGER_TIME: Duration = Duration::from_secs(2);
 /// The time within which a browser must send the head of a request.
 const HEAD_TIME: Duration = Duration::from_secs(5);
 
-/// The largest size of the head of a request \[bytes\]. The next number is its largest number of lines.
+/// The largest size of the head of a request \[bytes\].
 const HEAD_BYTES: usize = 16 * 1024;
+/// The largest number of lines of the head of a request.
 const HEAD_LINES: usize = 64;
 
 /// The close code of WebSockets (RFC 6455) for "try again later".

@@ -174,7 +174,7 @@ impl ServoMonitor {
         explain(&self.servo, heard, self.two_arms)
     }
 
-    /// Returns the state of the arm at `time` \[s\] after the start of its motion, in the page's format of samples.
+    /// Returns a sample in the page's format: the state of the arm, `time` \[s\] after its motion began.
     pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
@@ -193,7 +193,7 @@ impl ServoMonitor {
     }
 
     /// Returns the JSON message that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal
-    /// are in the goal frame; for two arms the goal frame is that of the left tool, `goal_frame`.
+    /// are in the goal frame. For two arms the goal frame is the frame of the left tool, and `goal_frame` is the tool's pose.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);

@@ -16,8 +16,9 @@ pub(super) const LARGEST: usize = 16 * 1024;
 /// A browser must receive a message within this time. Otherwise the server disconnects it.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
 
-/// The interval at which browsers must show that they are alive. The next number is the silence after which they are disconnected.
+/// The interval at which browsers must show that they are alive.
 const PING: Duration = Duration::from_secs(2);
+/// The silence after which a browser is disconnected.
 const SILENCE: Duration = Duration::from_secs(10);
 
 /// The largest number of requests of one browser that wait for answers.

@@ -1,8 +1,8 @@
 //! The record for replay on `~/events`: what the servo received, in the order of processing, and what it sent.
 //!
 //! A message has some consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
-//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and the output. So the servo can write each event at once, without knowing
-//! how many more events will follow.
+//! time \[ns\], each [`Recorded`] as a `Some`, then a `None`, and then the output. So the servo can write each event at once, without
+//! knowing how many more events will follow.
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
@@ -70,8 +70,8 @@ impl Saved<'_> {
     }
 }
 
-/// An event of a servo, for a record. It differs from an [`Event`] in two ways: after reading it owns its lists, and it has
-/// parameters instead of settings.
+/// An event of a servo, for a record. Unlike an [`Event`], it owns its lists after it was decoded, and it has parameters instead of
+/// settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
     /// The kind of the servo, and all its parameters. A replay can begin at this cycle, from the state in the next event,
@@ -224,12 +224,12 @@ fn take<'a, V: Deserialize<'a>>(record: &mut &'a [u8]) -> Option<V> {
 }
 
 impl<'a> CycleRecord<'a> {
-    /// Begins the record of a cycle, after the records in `record`.
+    /// Appends the beginning of a cycle's record to `record`.
     pub fn begin(number: u64, now: Duration, record: &mut Vec<u8>) {
         put(&(number, u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)), record);
     }
 
-    /// Ends the record of a cycle with the servo's output.
+    /// Appends the servo's output to `record`. This ends the record of the cycle.
     pub fn end(output: Option<&[f64]>, record: &mut Vec<u8>) {
         put(&(None::<()>, output), record);
     }

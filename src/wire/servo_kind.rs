@@ -20,7 +20,7 @@ pub enum ServoKind {
 /// The names of the present law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LawNames {
-    /// The name of the law; for two arms, of the Jacobian map.
+    /// The name of the law; for two arms, the name of the Jacobian map.
     pub law: &'static str,
     /// The name of the components of the pose that the law controls; `None` if it is the whole pose of one arm.
     pub aim: Option<&'static str>,

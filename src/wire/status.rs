@@ -52,7 +52,7 @@ pub struct StatusReport {
 pub struct CycleJitter {
     /// The lateness that 99 % of the cycles do not exceed.
     pub p99: f64,
-    /// The largest value.
+    /// The largest lateness.
     pub max: f64,
 }
 
@@ -68,7 +68,7 @@ impl CycleJitter {
         values.add("cycle_jitter_max_us", self.max);
     }
 
-    /// Reads the lateness from the numbers that `number` returns for its keys.
+    /// Reads the lateness. `number` returns the number for a key of the status.
     pub(crate) fn from_named(number: impl Fn(&str) -> Option<f64>) -> Self {
         let amount = |key| number(key).unwrap_or_default();
         Self { p99: amount("cycle_jitter_p99_us"), max: amount("cycle_jitter_max_us") }

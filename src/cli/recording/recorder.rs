@@ -61,13 +61,14 @@ impl Recorder {
         self.recorded.borrow().clone()
     }
 
-    /// Waits up to `patience` until all these topics are recorded. Returns whether all of them are. A publisher may take some
-    /// milliseconds more to discover the recorder. To lose no message, the publisher must wait for its readers.
+    /// Waits up to `patience` until all these topics are recorded. Returns whether all of them are recorded. A publisher may
+    /// take some milliseconds more to discover the recorder. To lose no message, the publisher must wait for its readers.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }
 
-    /// Waits up to `patience` until a message of each of these topics has arrived. Returns whether one has for every topic.
+    /// Waits up to `patience` until a message of each of these topics has arrived. Returns whether a message of every topic has
+    /// arrived.
     pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.heard.subscribe(), topics, patience).await
     }
@@ -136,7 +137,7 @@ impl Delivery {
         })
     }
 
-    /// Returns the strictest QoS that meets both.
+    /// Returns the strictest QoS that both offer.
     fn and(self, other: Self) -> Self {
         Self {
             reliable: self.reliable && other.reliable,
@@ -304,7 +305,7 @@ impl Receiver {
     }
 }
 
-/// Waits up to `patience` until all these topics are in the set. Returns whether they all are.
+/// Waits up to `patience` until all these topics are in the set. Returns whether all of them are in it.
 async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], patience: Duration) -> bool {
     let mut set = set.clone();
     let all = set.wait_for(|set| topics.iter().all(|topic| set.contains(*topic)));

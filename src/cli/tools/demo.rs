@@ -272,7 +272,7 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
-/// Returns the table of the motions with a line about the lateness of the servo's cycles below it.
+/// Returns the table of the motions. A line below the table says how late the servo's cycles woke.
 fn table(Played { motions, joints }: &Played) -> String {
     let mut table = table::motions(&["law"], joints, &[table::AT_GOAL]);
     for report in motions {

@@ -15,7 +15,7 @@ use dq_ros::ros::{Environment, LogLevel, Logging, Node, ParameterClient, Resolve
 use dq_wire::{MotionReport, ServoKind};
 use std::time::Duration;
 
-/// The longest time for one motion. `diffc` with the paper's gain takes about 20 s to the goal tolerance.
+/// The longest time for one motion. `diffc` with the paper's gain takes about 20 s until the tolerances are met.
 const MOTION_TIMEOUT: Duration = Duration::from_secs(90);
 
 /// The longest time that a parameter service may take.

@@ -40,8 +40,8 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
-    /// Waits until the recorder receives from the arms and from `servo`. Also waits until it would receive a goal and the commands
-    /// that follow the goal.
+    /// Waits until the recorder receives from the arms and from `servo`. Also waits until the recorder would receive a goal and
+    /// the commands that follow the goal.
     pub async fn hears(&self, kind: ServoKind, servo: &str, names: &Resolver) -> anyhow::Result<()> {
         let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;

@@ -44,7 +44,7 @@ pub enum Event<'a> {
     Rival(usize, bool),
     /// Calls [`Servo::set_speed_scaling`] for the arm with this number.
     SpeedScaling(usize, f64),
-    /// A goal has arrived that waits for its frame. The publisher counts as heard while its goal [waits](GoalReading::waited).
+    /// A goal has arrived, and waits for its frame. The publisher counts as heard while its goal [waits](GoalReading::waited).
     Waits(Sent),
     /// Calls [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),

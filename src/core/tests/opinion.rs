@@ -133,11 +133,11 @@ pub struct Opinion {
     /// When the goal's frame was lost, and whether the loss is certain.
     lost: Option<(Duration, Truth)>,
     paused: Truth,
-    /// When the last twist arrived that was zero or that may have moved the arm.
+    /// The time of the last twist that was zero or may have moved the arm.
     released: Duration,
     arms: Vec<DeliveredStates>,
     rival_of_commands: bool,
-    /// Until this time, no request moves the arm with certainty.
+    /// Until this time, it is not certain that a request moves the arm.
     doubtful: Duration,
     /// Since when the robot has not moved although it must.
     refuses: Option<Duration>,
@@ -199,7 +199,7 @@ impl Opinion {
         }
     }
 
-    /// Notes that, for the time [`DOUBT`] from `now` on, no request moves the arm with certainty.
+    /// Notes that, for the time [`DOUBT`] from `now` on, it is not certain that a request moves the arm.
     pub fn doubt(&mut self, now: Duration) {
         self.doubtful = self.doubtful.max(now + DOUBT);
         self.revoke_if(Maybe, now);

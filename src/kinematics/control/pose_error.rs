@@ -20,7 +20,7 @@ pub struct PoseError {
 }
 
 impl From<&UnitDualQuaternion> for PoseError {
-    /// Creates the error along the tool's axes from the goal relative to the tool.
+    /// Creates the error along the tool's axes. `tool_from_goal` is the goal relative to the tool.
     fn from(tool_from_goal: &UnitDualQuaternion) -> Self {
         Self { rotation: tool_from_goal.real(), translation: tool_from_goal.translation() }
     }

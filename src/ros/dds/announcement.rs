@@ -8,12 +8,12 @@ use tokio::net::UdpSocket;
 /// The address of the group.
 pub(crate) const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// The position of the sender's GUID prefix in a message \[bytes\]. Protocol, version and vendor come before it, the submessages
-/// after it.
+/// The position of the sender's GUID prefix in a message \[bytes\]. Protocol, version and vendor precede the prefix.
+/// The submessages follow it.
 pub(super) const SENDER: std::ops::Range<usize> = 8..20;
 
-/// Opens a socket that receives the packets to this port of the multicast group. Other sockets may share the port. If any socket of
-/// this host has joined the group, as a participant's socket does, a multicast packet reaches all sockets on the port.
+/// Opens a socket that receives the packets sent to this port of the multicast group. Other sockets may use the port too. If any
+/// socket of this host has joined the group, as a participant's socket does, a multicast packet reaches all sockets on the port.
 ///
 /// # Errors
 /// The operating system's error if it creates no socket.
@@ -25,8 +25,9 @@ pub(super) fn listen(port: u16) -> std::io::Result<UdpSocket> {
     UdpSocket::from_std(socket.into())
 }
 
-/// The kind of a submessage with data. The next constant is the flag of a submessage that has a payload.
+/// The kind of a submessage with data.
 const DATA: u8 = 0x15;
+/// The flag of a submessage that has a payload.
 const PAYLOAD: u8 = 0x04;
 
 /// The flag of a submessage that is in little endian.
@@ -35,10 +36,11 @@ const LITTLE_ENDIAN: u8 = 0x01;
 /// The id of the entity that writes announcements.
 const ANNOUNCER: [u8; 4] = [0, 1, 0, 0xc2];
 
-/// The ids of the parameters with multicast addresses: for discovery, and for data. The next constants are the id of a parameter
-/// that receivers ignore, and the id of the end of the parameters.
+/// The ids of the parameters with multicast addresses: for discovery, and for data.
 const MULTICAST: [u16; 2] = [0x33, 0x48];
+/// The id of a parameter that receivers ignore.
 const IGNORED: u16 = 0;
+/// The id that ends the parameters.
 const END: u16 = 1;
 
 /// Removes the multicast addresses from `message`, an RTPS message with an announcement. Returns false if `message` is not an
@@ -97,7 +99,8 @@ mod tests {
     const HEADER: &str = "5254505302040112011202030405060708090a0b";
     const INFO_TS: &str = "0901080000000000 00000000";
 
-    /// Returns a DATA submessage of the announcer with a unicast address for discovery (0x32) and both multicast addresses.
+    /// Returns a DATA submessage of the announcer. The submessage has both multicast addresses, and a unicast address for discovery
+    /// (0x32).
     fn announcement(multicast: [&str; 2]) -> Vec<u8> {
         let locator = "1800 01000000 f21c0000 000000000000000000000000 efff0001";
         let parameters =

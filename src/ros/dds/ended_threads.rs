@@ -94,8 +94,8 @@ impl NetworkWatch {
         if self.threads_run() { Ok(()) } else { Err(NetworkEnd::Stopped) }
     }
 
-    /// Checks whether this process uses every address of this host. A process that still waits for its robot should end if it does
-    /// not. A process that has met its robot may do without the new address.
+    /// Checks whether this process uses every address of this host. A process that still waits for its robot should end if this
+    /// check fails. A process that has met its robot may do without the new address.
     ///
     /// # Errors
     /// [`NetworkEnd::NewAddress`] if an address is not used.

@@ -32,7 +32,8 @@ pub(crate) struct FirstSampleRequest {
 }
 
 impl FirstSampleRequest {
-    /// Requests the first sample of `writer`, which has just been matched with `reader`, if it is a user's writer of Fast DDS.
+    /// Requests the first sample of `writer`, which has just been matched with `reader`. Does nothing unless `writer` belongs to
+    /// Fast DDS and is not a built-in writer.
     pub async fn send(&self, reader: GUID, writer: GUID) {
         if !is_users_of_fast_dds(writer) {
             return;

@@ -2,8 +2,8 @@
 //!
 //! RustDDS 0.15.1 gives a new reader the samples that it still stores for the topic, even if the reader is volatile, so that a
 //! message would be taken twice. Also, ros2-client drains the notifications of RustDDS at each `take`, which costs an allocation
-//! and a system call. Delete this module when test `lib` a_cycle_allocates_… passes with `ros2_client::Subscription::take`, and
-//! volatile readers start with later messages.
+//! and a system call. Delete this module when volatile readers start with later messages, and the `lib` test
+//! a_cycle_allocates_… passes with `ros2_client::Subscription::take`.
 
 use futures::Stream;
 use ros2_client::error::{ReadError, ReadResult};

@@ -7,15 +7,16 @@
 
 use std::collections::VecDeque;
 
-/// The least number of stored samples. The next number is the largest. RustDDS can increase the number, but never decrease it.
+/// The least number of stored samples. RustDDS can increase the number, but never decrease it.
 pub(crate) const FEWEST_SAMPLES: i32 = 128;
+/// The largest number of stored samples.
 const MOST_SAMPLES: i32 = 10_000;
 
 /// The memory for the samples of a topic \[bytes\], if messages stay as large as the first ones.
 const ROOM: usize = 32 << 20;
 
-/// If later messages are larger than the first ones, the stored samples may use up to this much memory \[bytes\]. Above it the
-/// subscription ends.
+/// If later messages are larger than the first ones, the stored samples may use up to this much memory \[bytes\]. If they need
+/// more, the subscription ends.
 const LIMIT: usize = 256 << 20;
 
 /// The memory that RustDDS needs for a sample in addition to its payload \[bytes\], measured.
@@ -25,8 +26,9 @@ const OVERHEAD: usize = 500;
 pub(crate) struct Kept {
     samples: i32,
     largest: usize,
-    /// The sizes of the stored samples \[bytes\]. The next field is their sum.
+    /// The sizes of the stored samples \[bytes\].
     sizes: VecDeque<usize>,
+    /// The sum of `sizes`.
     sum: usize,
 }
 

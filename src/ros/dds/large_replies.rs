@@ -30,14 +30,14 @@ use tokio::sync::Mutex;
 /// How long to wait until the reader of a client is matched.
 pub(crate) const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
-/// The length of a reply \[bytes\] that fits into one Ethernet packet. RustDDS uses 1452 bytes for RTPS. 1372 of these are for the
-/// sample, including a header of 4.
+/// The length of a reply \[bytes\] that fits into one Ethernet packet. RustDDS uses 1452 bytes for RTPS. The
+/// sample may take 1372 of them, and begins with a header of 4 bytes.
 pub(crate) const ONE_PACKET: usize = 1368;
 
 /// The length of a reply \[bytes\] that fits into one UDP datagram.
 const ONE_DATAGRAM: usize = 64_000;
 
-/// The number of copies of a large reply that are sent, plus one for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one
+/// A large reply is sent this many times, and once more for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one
 /// reply in 10⁴ is lost.
 const COPIES: usize = 4;
 const MORE_FOR: usize = 10_000;
@@ -84,7 +84,8 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
     }
 
     /// Sends `reply`, whose length must be at most [`room`](Self::room), once the client's reader is matched or the wait has timed
-    /// out. `to_nobody` is a reply that no client accepts.
+    /// out. `to_nobody` is a reply that no client accepts: if `reply` goes
+    /// out in packets of this module, `to_nobody` takes its place in RustDDS.
     ///
     /// # Errors
     /// The reason why the reply could not be sent.

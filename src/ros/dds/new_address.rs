@@ -1,7 +1,7 @@
 //! Detects that this host has an address that its participant does not use.
 //!
-//! RustDDS 0.15.1 uses the network interfaces that had an address when the participant was created. A process that was started before the
-//! network meets nobody there. Delete this module when participants use new addresses, that is, when test `dds`
+//! RustDDS 0.15.1 uses only the network interfaces that had an address when the participant was created. So a process that was
+//! started before the network meets nobody. Delete this module when participants use new addresses, that is, when test `dds`
 //! a_servo_started_before_the_network_… passes without it.
 
 use super::ended_threads::note_new_address;

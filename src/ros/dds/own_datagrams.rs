@@ -26,7 +26,7 @@ impl OwnDatagrams {
     }
 }
 
-/// Returns the locators of a remote endpoint that are UDP addresses over IPv4.
+/// Returns the UDP addresses over IPv4 that are among these locators of a remote endpoint.
 pub(super) fn addresses<L>(locators: Vec<L>) -> impl Iterator<Item = SocketAddr>
 where
     SocketAddr: From<L>,

@@ -37,7 +37,7 @@ pub(crate) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
     of.as_ref().first_chunk().copied().unwrap_or_default()
 }
 
-/// Logs a warning of an endpoint's owner.
+/// Writes a warning to the log of an endpoint's owner.
 pub(crate) type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// A participant that was connected with our nodes.
@@ -46,7 +46,7 @@ pub(crate) struct Peer {
     pub name: String,
     /// The topics on which this process received from the participant.
     pub heard_on: Vec<String>,
-    /// Logs a warning of a node that was connected with the participant.
+    /// Writes a warning to the log of a node that was connected with the participant.
     pub warn: Warn,
 }
 

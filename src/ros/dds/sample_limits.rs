@@ -5,7 +5,7 @@
 //! respects its history depth and drops readers that do not acknowledge.
 //!
 //! For the readers of a participant, RustDDS stores as many samples of a topic as the largest `max_samples` of the participant's endpoints
-//! on that topic (default 64), even after they were taken, and regardless of their size (`dds_cache.rs`).
+//! on that topic (default 64), even after the samples were taken, and regardless of their size (`dds_cache.rs`).
 
 use rustdds::policy::ResourceLimits;
 

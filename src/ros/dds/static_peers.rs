@@ -1,11 +1,11 @@
 //! Sends the multicast packets of a participant also to the hosts in `ROS_STATIC_PEERS`, which multicast need not reach.
 //!
-//! RustDDS 0.15.1 announces a participant by multicast and on this host only, and prefers multicast also for the endpoints and the
-//! data of participants that announce a multicast address. So this module receives the multicast packets of the participant, and
-//! sends them on to the hosts. It sends the announcement to each port that a participant may have on such a host, without the
-//! multicast addresses (`announcement`), so that participants there answer by unicast. It sends all other packets to the known
-//! participants on these hosts. Delete this module when `DomainParticipantBuilder` takes peers, and test `dds`
-//! an_arm_behind_a_router_… passes without it.
+//! RustDDS 0.15.1 announces a participant by multicast, and by unicast only to this host. It also prefers multicast for the
+//! endpoints and the data of participants that announce a multicast address. So this module receives the multicast packets of the
+//! participant, and sends them on to the hosts. It sends the announcement to each port that a participant may have on such a host,
+//! without the multicast addresses (`announcement`), so that participants there answer by unicast. It sends all other packets to
+//! the known participants on these hosts. Delete this module when `DomainParticipantBuilder` takes peers and the `dds` test
+//! an_arm_behind_a_router_… passes without the module.
 
 use super::announcement::{self, SENDER};
 use super::own_datagrams::{OwnDatagrams, addresses};

@@ -13,7 +13,8 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// A request is repeated after this time: the server may have received it before it could match our reader of replies.
+/// A request is repeated after this time, because the server may have received the first request before it could match our reader
+/// of replies.
 const REPEAT: Duration = Duration::from_millis(500);
 
 /// How often to check for a reply.

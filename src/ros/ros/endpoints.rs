@@ -1,4 +1,4 @@
-//! Creates a node's publishers, subscriptions, servers and clients. ros2-client announces them as the node's.
+//! Creates a node's publishers, subscriptions, servers and clients. ros2-client announces them as endpoints of the node.
 
 use super::endpoint_names::EndpointNames;
 use super::error::RosError;
@@ -65,7 +65,7 @@ impl Endpoints {
         Ok(publisher)
     }
 
-    /// Creates a publisher for messages that soon become obsolete. ros2-client does not announce this publisher as the node's.
+    /// Creates a publisher for messages that soon become obsolete. ros2-client does not announce it as the node's publisher.
     pub fn publisher_in_time<M: Serialize>(&self, plan: &Plan) -> Result<InTimeWriter<M>, RosError> {
         let publisher =
             InTimeWriter::new(&self.domain.dds, &self.topic(plan)?).map_err(refused(&plan.name))?;
@@ -84,7 +84,7 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// Creates a subscription to messages of any type. ros2-client does not announce this subscription as the node's.
+    /// Creates a subscription to messages of any type. ros2-client does not announce it as the node's subscription.
     pub fn raw_subscription(
         &self,
         plan: &Plan,
@@ -98,7 +98,7 @@ impl Endpoints {
     }
 
     /// Creates the reader of requests and the writer of replies of the service with this fully qualified name. ros2-client does not
-    /// announce the writer as the node's.
+    /// announce the writer as an endpoint of the node.
     pub fn server<S: ServiceType>(
         &self,
         name: &str,

@@ -108,7 +108,7 @@ impl Node {
     }
 
     /// Creates a publisher on a topic of the contract, for messages that soon become obsolete: see [`Publisher::publish_in_time`].
-    /// ros2-client does not announce this publisher as the node's.
+    /// ros2-client does not announce it as the node's publisher.
     ///
     /// # Errors
     /// [`RosError`].

@@ -17,11 +17,11 @@ pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), Strin
 /// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked
 /// as a whole before it is applied.
 ///
-/// Changes are announced on `/parameter_events`, as by every ROS 2 node. Late joiners receive none of these announcements.
+/// Like every ROS 2 node, the server announces changes on `/parameter_events`. Late joiners receive none of these announcements.
 /// Therefore `~/parameters` is latched, and has all parameters together with the last changes, from the start and after each
 /// change.
 ///
-/// This server does not subscribe to `/parameter_events`, as nodes of rclcpp do to follow their own `use_sim_time`. Such
+/// Nodes of rclcpp subscribe to `/parameter_events` to follow their own `use_sim_time`. This server does not, because such
 /// subscriptions would match all nodes of a domain with each other without any use.
 pub struct ParameterServer {
     current: Mutex<Current>,

@@ -43,7 +43,7 @@ impl Release {
     }
 }
 
-/// Returns a warning if the value `name` of `ROS_DISTRO` names a release with the other kind of announcement.
+/// Returns a warning if the value `name` of `ROS_DISTRO` names a release whose kind of announcement this build does not use.
 pub(super) fn warning_of_distribution(name: &str) -> Option<String> {
     let theirs = Release::of_distribution(name);
     (theirs != BUILT_FOR).then(|| {
@@ -52,7 +52,7 @@ pub(super) fn warning_of_distribution(name: &str) -> Option<String> {
     })
 }
 
-/// Returns a warning that nodes in the domain use the other kind of announcement.
+/// Returns a warning that nodes in the domain use a kind of announcement that this build does not use.
 pub(super) fn warning_of_announcements(theirs: Release, domain: u16) -> String {
     format!(
         "domain {domain} has nodes of {}, but this program was built for {}. Those nodes cannot read its announcements, and may fail: {}, \

@@ -171,7 +171,7 @@ pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
     })
 }
 
-/// Encodes the value after the header.
+/// Encodes `value`, and puts `header` before it.
 pub(super) fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<Payload> {
     let mut body = Vec::new();
     to_writer_with_rep_id(&mut body, &Padded(value), RepresentationIdentifier::CDR_LE).ok()?;

@@ -168,7 +168,7 @@ fn static_peers(environment: &Environment, warn: impl Fn(String)) -> Option<Stat
     listening?.inspect_err(|why| warn(format!("ROS_STATIC_PEERS has no effect: {why}"))).ok()
 }
 
-/// Converts the error of RustDDS if it refused to create the participant called `what`.
+/// Converts the error with which RustDDS refused to create the participant called `what`.
 fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
     match why {
         // RustDDS also says so of sockets in general.

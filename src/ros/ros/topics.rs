@@ -195,7 +195,7 @@ impl<M: Message> OwnTopic<M> {
     }
 }
 
-/// The newest of the messages that a subscription had received, and how many there were.
+/// The newest of the messages that a subscription has taken at once, and the number of these messages.
 pub struct Newest<M> {
     /// The newest message, if any.
     pub message: Option<M>,

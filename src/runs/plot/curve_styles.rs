@@ -20,12 +20,12 @@ pub(super) struct CurveStyle {
     pub time: Range<f64>,
 }
 
-/// Colors that no law has.
+/// Colors that do not stand for a law.
 const COLORS: [Color; 6] =
     [[170, 51, 119], [86, 180, 233], [230, 159, 0], [90, 90, 90], [148, 103, 189], [140, 86, 75]];
 
 /// Returns the runs with their styles. If each law occurs in one run only, its curve has the law's own color. Otherwise each law of
-/// each run has a color that no law has.
+/// each run has its own color, which does not stand for a law.
 pub(super) fn styles(runs: &[RecordedRun]) -> Vec<StyledRun<'_>> {
     let keys = keys(runs);
     let laws: Vec<_> =

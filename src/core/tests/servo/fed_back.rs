@@ -68,7 +68,8 @@ impl Camera {
         moved(&measured, offset + noise)
     }
 
-    /// Returns the largest speed of the tool [m/s] after the goals have become measured poses.
+    /// Returns the largest speed of the tool [m/s] while the goals are measured poses. Leaves out the first 0.3 s of these goals, or
+    /// the first 0.5 s if other goals came before.
     fn fastest(&self, feed_forward: bool) -> f64 {
         let mut parameters = parameters();
         parameters.settings.feed_forward = feed_forward;
