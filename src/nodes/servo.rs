@@ -180,7 +180,7 @@ fn serve_parameters(
     ParameterServer::start(node, contract, store, Box::new(apply)).map(drop)
 }
 
-/// The time that the report may take after the end of the cycle.
+/// How long dropping a `ServoNode` waits for its report thread to end.
 const LAST_REPORT: Duration = Duration::from_millis(200);
 
 fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {

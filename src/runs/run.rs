@@ -66,7 +66,8 @@ const APART: f64 = 60.0;
 /// parts.
 const FAR: f64 = 10.0;
 
-/// Returns the parts of a run that are far from each other. Each part has its interval \[s\] and its number of states.
+/// Splits a run at its long gaps in time: longer than `APART`, and longer than `FAR` times the recorded duration. Returns the interval
+/// \[s\] and the number of states of each part.
 fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
     let steps = times.clone().zip(times.clone().skip(1)).map(|(one, next)| next - one);
     let recorded: f64 = steps.filter(|step| *step <= APART).sum();

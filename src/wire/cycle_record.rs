@@ -202,7 +202,7 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// Limits a time to the range that a cycle can have, so that a corrupt record cannot cause an overflow.
+/// Limits a duration from a record to `u64::MAX` ns, so that a corrupt record cannot cause an overflow.
 fn bounded(time: Duration) -> Duration {
     time.min(Duration::from_nanos(u64::MAX))
 }

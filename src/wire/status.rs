@@ -33,7 +33,7 @@ pub struct StatusReport {
     pub goal_count: u64,
     /// The stamp of the current goal's last message.
     pub goal_stamp: Option<String>,
-    /// The reason why the arm does not arrive and what to try, if the state needs one to be understood.
+    /// The reason for the state, and what to try; `None` if the state explains itself.
     pub reason: Option<String>,
     /// The name of the joint stopped by its position limit.
     pub joint_at_limit: Option<String>,

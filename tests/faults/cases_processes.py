@@ -90,8 +90,8 @@ def case_frozen_servo(servo):
 
 
 def case_starved(servo):
-    """Another process takes the servo's core for 0.5 s, twice in a motion: the plant stops by its own timeout, and the first command
-    after that begins at rest. The motion goes on."""
+    """Another process takes the servo's core for 0.5 s, twice in a motion: the plant stops by its own timeout, and the commands
+    after that begin at rest. The motion goes on."""
     states = States()
     FOLLOWED.append(states)
     [core, *others] = sorted(os.sched_getaffinity(0))
@@ -104,8 +104,9 @@ def case_starved(servo):
         busy = subprocess.Popen([sys.executable, "-c", BUSY, str(core)])
         wait("a standstill", lambda: states.speed() == 0.0, 2.0)
         sent = len(SENT.kept)
-        wait("commands", lambda: len(SENT.kept) > sent)
-        assert max(map(abs, SENT.kept[sent][1])) < 0.11, SENT.kept[sent]  # 50 rad/s² in a period of 2 ms
+        # A command that the servo gave to DDS before it lost the core may arrive now.
+        wait("commands", lambda: len(SENT.kept) > sent + 2)
+        assert max(map(abs, SENT.kept[sent + 1][1])) < 0.21, SENT.kept[sent:]  # 50 rad/s² in two periods of 2 ms
         assert busy.wait() == 0
     settled()
     del goals

@@ -1,5 +1,5 @@
-//! A race for the page: two servos with an arm each move to the same goal under two laws. All nodes of the race are in a separate
-//! domain.
+//! A race, shown on the live page: two servos move their simulated arms to the same goal, each under its own law. All nodes of the
+//! race are in a separate domain.
 
 use anyhow::ensure;
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};

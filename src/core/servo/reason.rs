@@ -4,7 +4,7 @@ use super::{Contended, Revocation, Rivals};
 use dq_kinematics::arm::JointKind;
 use std::time::Duration;
 
-/// The reason for a state that cannot be understood without one.
+/// The reason for a state that does not explain itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
     /// The request is revoked (state `holding`).

@@ -49,7 +49,7 @@ pub(super) struct OwnEndpoint {
     pub warn: Warn,
 }
 
-/// The state that the events have changed so far.
+/// The result of the participant's events so far: the endpoints, and which of them match.
 #[derive(Default)]
 pub(super) struct State {
     pub own: HashMap<GUID, OwnEndpoint>,

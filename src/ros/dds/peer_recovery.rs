@@ -67,8 +67,9 @@ impl Lost {
         Self { domain, on_loopback, is_secured, has_static_peers, participants: HashMap::new(), socket: None }
     }
 
-    /// Adds a participant that was not heard for the duration of its lease, and starts listening. With static peers, announcements
-    /// may be unicast, which only RustDDS receives. In that case, the process ends at once if it has received from the peer before.
+    /// Adds a participant that was not heard for the duration of its lease, and starts listening for its return. A process with static
+    /// peers cannot detect every return, because announcements may be unicast to RustDDS. So it ends at once if it has received from
+    /// this participant.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.has_static_peers && !peer.heard_on.is_empty() {
             return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
