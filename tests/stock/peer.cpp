@@ -20,7 +20,7 @@ void publish_once(Node& node, int number) {
 class Load {
 public:
     Load() {
-        for (unsigned i = 0; i < 2 * std::thread::hardware_concurrency(); ++i)
+        for (unsigned i = 0; i < std::thread::hardware_concurrency(); ++i)
             threads.emplace_back([this] { while (!done) {} });
     }
     ~Load() { done = true; for (auto& thread : threads) thread.join(); }
