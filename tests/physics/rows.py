@@ -72,27 +72,34 @@ ROWS = [
 ]
 
 
-def pushed(push, began):
-    """A lateral push for 0.1 s: after the arm has been at rest for 1 s, or 0.3 s after `began`."""
+def after_settling():
+    """A function of the robot: the time since the arm first settled [s], negative infinity before."""
     since = [None]
 
+    def elapsed(robot):
+        since[0] = since[0] or (robot.now if robot.servo.state == "settled" else None)
+        return -np.inf if since[0] is None else robot.now - since[0]
+
+    return elapsed
+
+
+def pushed(push, began):
+    """A lateral push for 0.1 s: after the arm has been at rest for 1 s, or 0.3 s after `began`."""
+    settled = after_settling()
+
     def push_now(robot):
-        start = began + 0.3
-        if push < 0:
-            since[0] = since[0] or (robot.now if robot.servo.state == "settled" else None)
-            start = np.inf if since[0] is None else since[0] + 1.0
-        robot.data.xfrc_applied[robot.hand, 1] = abs(push) if start <= robot.now < start + 0.1 else 0.0
+        elapsed = settled(robot) - 1.0 if push < 0 else robot.now - (began + 0.3)
+        robot.data.xfrc_applied[robot.hand, 1] = abs(push) if 0.0 <= elapsed < 0.1 else 0.0
 
     return push_now
 
 
 def loaded(load):
     """Another payload from 1 s after the arm has settled."""
-    since = [None]
+    settled = after_settling()
 
     def load_now(robot):
-        since[0] = since[0] or (robot.now if robot.servo.state == "settled" else None)
-        if since[0] is not None and since[0] + 1.0 <= robot.now < since[0] + 1.0 + PERIOD:
+        if 0.0 <= settled(robot) - 1.0 < PERIOD:
             robot.load(load)
 
     return load_now
@@ -104,9 +111,11 @@ def run(row, number, servo=None):
     robot.run(LONGEST, until="holding", linger=0.5)
     robot.go(robot.random_goal(number))
     began = robot.now
-    each = None if row.push is None else pushed(row.push, began)
-    each = each if row.load is None else loaded(row.load)
-    watched = WATCHED if row.load is None else LOADED
+    each, watched = None, WATCHED
+    if row.push is not None:
+        each = pushed(row.push, began)
+    if row.load is not None:
+        each, watched = loaded(row.load), LOADED
     seen = robot.run(LONGEST, until="settled", each=each, linger=watched)
     return result(robot, seen, began), seen
 
