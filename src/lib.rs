@@ -36,6 +36,7 @@ pub use dq_params;
 pub use dq_plant;
 pub use dq_ros;
 pub use dq_runs;
+pub use dq_search;
 pub use dq_space;
 pub use dq_studies;
 pub use dq_view;

@@ -17,6 +17,8 @@ mod pull;
 mod rarity;
 mod samples;
 mod state_error;
+#[cfg(test)]
+mod tests;
 mod tracking_monitor;
 
 pub use joint_order::JointOrder;

@@ -1,7 +1,8 @@
 //! Runs the search for another configuration on its own thread, so that the cycle does not wait.
 
 use super::events::EventsRecord;
-use dq_core::servo::{Arms, Event, STARTS, Search, Servo};
+use dq_core::servo::{Arms, Event, Servo};
+use dq_search::{STARTS, Search};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 

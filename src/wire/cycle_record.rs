@@ -6,10 +6,9 @@
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
-use dq_core::servo::{
-    Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, Servo, TwistReading,
-};
+use dq_core::servo::{Event, GoalMotion, GoalReading, JointOrder, JointReading, Sent, Servo, TwistReading};
 use dq_params::Value;
+use dq_search::Found;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::time::Duration;

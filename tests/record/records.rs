@@ -1,7 +1,8 @@
 //! Tests the encoded record of a cycle.
 
-use dq_core::servo::{Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
+use dq_core::servo::{Event, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
 use dq_params::Value;
+use dq_search::Found;
 use dq_wire::{CycleRecord, Recorded, RecordedParameters};
 use std::time::Duration;
 

@@ -14,7 +14,6 @@ mod step;
 mod tracking;
 
 use super::consent::MotionRequests;
-use super::escape::Escape;
 use super::explanation::Explanation;
 use super::mode::Mode;
 use super::settings_error::{check_length, check_period};
@@ -25,6 +24,7 @@ use super::{
 };
 use dq_algebra::UnitDualQuaternion;
 use dq_link::Link;
+use dq_search::Escape;
 use joint_line::JointLine;
 use output::Output;
 pub use own_program::Measured;

@@ -1,6 +1,6 @@
 //! The phase of a motion while it passes a singularity.
 
-use super::escape::SPEED;
+use dq_search::ESCAPE_SPEED;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -40,7 +40,7 @@ impl Phase {
     /// The escape also ends if the error rises, or if a number is NaN. `fall` is the relative rate at which the error falls
     /// [1/rad].
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
-        let leads_on = speed < SPEED && fall >= -RISE;
+        let leads_on = speed < ESCAPE_SPEED && fall >= -RISE;
         match leads_on {
             false => Self::Free,
             true if travelled <= LONGEST => Self::Escaping { travelled },
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn an_escape_ends_if_the_law_moves_along_it_or_the_error_rises_or_it_is_too_long() {
-        let (slow, fast, nan) = (0.9 * SPEED, SPEED, f64::NAN);
+        let (slow, fast, nan) = (0.9 * ESCAPE_SPEED, ESCAPE_SPEED, f64::NAN);
         for (travelled, speed, fall, expected) in [
             (1.0, slow, 0.0, Phase::Escaping { travelled: 1.0 }),
             (1.0, slow, -0.9 * RISE, Phase::Escaping { travelled: 1.0 }),

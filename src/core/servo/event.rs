@@ -1,7 +1,8 @@
 //! The input events of a servo. A node takes the events from live messages, a replay takes them from a bag, and a test from a list.
 //! Node, replay and test differ only in their clock and in what they do with the command.
 
-use super::{Found, JointReading, Rejection, Servo, Settings};
+use super::{JointReading, Rejection, Servo, Settings};
+use dq_search::Found;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 

@@ -8,6 +8,7 @@ use dq_params::Parameters;
 use super::{Interface, Limits, Reconfigure};
 use dq_algebra::UnitDualQuaternion;
 use dq_metrics::Tolerance;
+use dq_search::Question;
 use dq_space::space::{KeepOut, Scene, SceneError};
 use std::sync::Arc;
 use std::time::Duration;
@@ -132,6 +133,12 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Returns the question to a search for joint positions that reach `goal` from the positions `from` \[rad, prismatic: m\].
+    pub fn question<'a>(&'a self, goal: &'a UnitDualQuaternion, from: &'a [f64]) -> Question<'a> {
+        let (aim, tolerance, tool_offset) = (self.controller.aim, self.goal_tolerance, &self.tool_offset);
+        Question { goal, aim, tolerance, tool_offset, from, limits: &self.limits }
+    }
+
     /// Returns the settings with the additional keep-outs `more`, if there is a scene.
     ///
     /// # Errors

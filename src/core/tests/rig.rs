@@ -10,11 +10,12 @@ use dq_check::Gaps;
 use dq_config::ServoParameters;
 use dq_core::servo::{
     Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
-    Reason, Rejection, Revocation, STARTS, Search, Sent, Servo, Settings, State, TwistReading,
+    Reason, Rejection, Revocation, Sent, Servo, Settings, State, TwistReading,
 };
 use dq_kinematics::arm::Chain;
 use dq_kinematics::control::{Aim, Law};
 use dq_plant::{Plant, Realism};
+use dq_search::{STARTS, Search};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -4,9 +4,10 @@ use crate::arms::{anywhere, servo};
 use crate::reference::{distance, dual_parameters, parameters};
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{ARMS, ServoParameters};
-use dq_core::servo::{STARTS, Search, Settings};
+use dq_core::servo::Settings;
 use dq_kinematics::control::Aim;
 use dq_metrics::GoalError;
+use dq_search::{STARTS, Search};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
@@ -22,7 +23,7 @@ fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) 
     let goal = arms.pose();
     let mut search = Search::new(arms.clone());
     let measured = allocation_counter::measure(|| {
-        search.put(Duration::from_secs(7), &goal, here, settings);
+        search.put(Duration::from_secs(7), &settings.question(&goal, here));
         search.run(starts, || true);
     });
     assert_eq!(measured.count_total, 0);
@@ -119,23 +120,19 @@ fn nothing_is_found_of_what_is_out_of_reach_and_a_search_ends_when_it_may_not_go
     let far = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(5.0, 0.0, 0.0));
     let mut search = Search::new(parameters.arms.clone());
     assert_eq!(search.asked(), None);
-    search.put(Duration::ZERO, &far, &[0.0; 6], &parameters.settings);
+    search.put(Duration::ZERO, &parameters.settings.question(&far, &[0.0; 6]));
     search.run(20, || true);
     assert_eq!((search.found().starts, search.found().positions), (20, None));
     let mut left = 3;
-    search.put(Duration::ZERO, &far, &[0.0; 6], &parameters.settings);
+    search.put(Duration::ZERO, &parameters.settings.question(&far, &[0.0; 6]));
     search.run(STARTS, || {
         left -= 1;
         left >= 0
     });
     assert_eq!(search.found().starts, 3);
     // The search also ends with meaningless numbers, and finds nothing.
-    search.put(
-        Duration::ZERO,
-        &far,
-        &[f64::NAN, 1e300, 0.0, f64::INFINITY, 0.0, -1e300],
-        &parameters.settings,
-    );
+    let meaningless = [f64::NAN, 1e300, 0.0, f64::INFINITY, 0.0, -1e300];
+    search.put(Duration::ZERO, &parameters.settings.question(&far, &meaningless));
     search.run(20, || true);
     assert_eq!(search.found().positions, None);
 }

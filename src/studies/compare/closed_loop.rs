@@ -5,9 +5,10 @@ use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
 use dq_common::named;
 use dq_config::ServoParameters;
-use dq_core::servo::{Arms, Event, JointReading, Reconfiguration, STARTS, Search, Servo, Settings, State};
+use dq_core::servo::{Arms, Event, JointReading, Reconfiguration, Servo, Settings, State};
 use dq_kinematics::control::{Approach, Controller, SignMemory};
 use dq_metrics::{Figures, GoalError, MotionMeter, Tolerance};
+use dq_search::{STARTS, Search};
 use std::time::Duration;
 
 /// The time after which a loop that has not settled counts as failed.

@@ -4,9 +4,9 @@
 use super::Servo;
 use super::robot::fastest_of;
 use crate::servo::Stall;
-use crate::servo::escape::{FoundEscape, Freedom};
 use crate::servo::escape_phase::{EscapePhase, Phase};
 use dq_algebra::UnitDualQuaternion;
+use dq_search::{FoundEscape, Freedom};
 use std::time::Duration;
 
 /// A law counts as stuck only if the joints can reduce less than this fraction of its error: `|Jᵀ e| < 0.01 |e|` (rad and m weigh

@@ -6,9 +6,8 @@
 
 use super::Servo;
 use crate::servo::mode::{Pursuit, Watch};
-use crate::servo::{
-    Detour, Found, NoWayRound, Reconfiguration, Reconfigure, Rejection, Search, Settings, Stall,
-};
+use crate::servo::{Detour, NoWayRound, Reconfiguration, Reconfigure, Rejection, Settings, Stall};
+use dq_search::{Found, Search};
 use std::time::Duration;
 
 /// A search counts as failed if it has not answered within this time after a stall. Stopping the arm takes at most one second of
@@ -26,7 +25,10 @@ impl Servo {
         let Reconfiguration::Searching(since) = pursuit.watch.reconfiguration else { return false };
         let is_new = self.at_rest() && search.asked() != Some(since);
         if is_new {
-            search.put(since, pursuit.goal.base_from_goal(), self.robot.link.measured(), &self.settings);
+            search.put(
+                since,
+                &self.settings.question(pursuit.goal.base_from_goal(), self.robot.link.measured()),
+            );
         }
         is_new
     }

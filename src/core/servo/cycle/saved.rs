@@ -6,13 +6,13 @@
 use super::output::SavedOutput;
 use super::{Clock, Servo};
 use crate::servo::consent::MotionRequests;
-use crate::servo::escape::EscapeDirection;
 use crate::servo::explanation::Explanation;
 use crate::servo::mode::Mode;
 use crate::servo::stream::GoalStream;
 use dq_algebra::UnitDualQuaternion;
 use dq_link::Link;
 use dq_metrics::Figures;
+use dq_search::EscapeDirection;
 use nalgebra::Vector6;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;

@@ -7,7 +7,6 @@ mod demand;
 mod demanded_acceleration;
 mod stoppable;
 
-use super::escape::EscapeDirection;
 use super::stream::MovingGoal;
 use super::{Arms, ClosePair, Settings, Violation};
 pub use constraints::CLEARANCE;
@@ -18,6 +17,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{AllowedRate, Approach};
 use dq_limits::{Envelope, Joints, scale};
 use dq_link::Link;
+use dq_search::EscapeDirection;
 use dq_space::space::Scene;
 use stoppable::Stoppable;
 

@@ -4,10 +4,11 @@ use crate::arms::{anywhere, servo};
 use crate::reference::{distance, pose, puma};
 use crate::rig::{PERIOD, Rig};
 use dq_core::servo::{
-    Event, Found, Interface, NoWayRound, Outcome, Reconfiguration, Reconfigure, Rejection, Revocation,
-    STARTS, Settings, Stall, State,
+    Event, Interface, NoWayRound, Outcome, Reconfiguration, Reconfigure, Rejection, Revocation, Settings,
+    Stall, State,
 };
 use dq_kinematics::control::Law;
+use dq_search::{Found, STARTS};
 use std::time::Duration;
 
 /// A lower limit of joint 3 \[rad\]. On the way from theta_initial to theta_desired, this joint has to go from 2.36 to 1.05 rad.

@@ -5,10 +5,10 @@
 //! such as at the edge of the workspace. For random reachable poses of six and seven joints, 64 starts always found the goal. More
 //! starts make the path slightly shorter.
 
-use super::{Arms, PositionLimits, Settings};
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::arm::JointKind;
+use dq_kinematics::arm::{Arms, JointKind};
 use dq_kinematics::control::{Aim, Damping, PoseError, nearer_goal};
+use dq_limits::{Limits, PositionLimits};
 use dq_metrics::{GoalError, Tolerance};
 use std::f64::consts::{PI, TAU};
 use std::time::Duration;
@@ -34,6 +34,23 @@ const CLOSE: f64 = 0.1;
 
 /// The range of a prismatic joint without limits, on each side of its position \[m\].
 const SLIDE: f64 = 1.0;
+
+/// The question of a search: the goal, and the arms that are to reach it.
+#[derive(Clone, Copy, Debug)]
+pub struct Question<'a> {
+    /// The pose of the tool in the base frame that the arms are to reach; for two arms, see [`Arms::pose`].
+    pub goal: &'a UnitDualQuaternion,
+    /// The components of the pose that count.
+    pub aim: Aim,
+    /// The errors within which the goal counts as reached.
+    pub tolerance: Tolerance,
+    /// The pose of the tool in the last frame of the chain.
+    pub tool_offset: &'a UnitDualQuaternion,
+    /// The present joint positions \[rad, prismatic: m\].
+    pub from: &'a [f64],
+    /// The position limits, which the result obeys, and the largest joint speeds, which give the travel times.
+    pub limits: &'a Limits,
+}
 
 /// A search for joint positions that reach a goal: its question, its buffers and its result.
 pub struct Search {
@@ -100,12 +117,10 @@ impl Search {
         self.asked
     }
 
-    /// Sets the question, which the servo asked at the time `asked`: reach `goal` from the joint positions `from` [rad, prismatic:
-    /// m] under `settings`. Allocates nothing.
-    pub fn put(&mut self, asked: Duration, goal: &UnitDualQuaternion, from: &[f64], settings: &Settings) {
-        let Settings { controller, limits, goal_tolerance, tool_offset, .. } = settings;
-        (self.asked, self.goal, self.aim) = (Some(asked), *goal, controller.aim);
-        self.tolerance = *goal_tolerance;
+    /// Sets the question, which the servo asked at the time `asked`. Allocates nothing.
+    pub fn put(&mut self, asked: Duration, question: &Question) {
+        let Question { goal, aim, tolerance, tool_offset, from, limits } = *question;
+        (self.asked, self.goal, self.aim, self.tolerance) = (Some(asked), *goal, aim, tolerance);
         self.limits.lower.clone_from(&limits.position.lower);
         self.limits.upper.clone_from(&limits.position.upper);
         self.speeds.clone_from(&limits.joint_velocity);

@@ -5,15 +5,15 @@
 //! elbow and a goal farther out, the error falls to second order along the direction of the most negative curvature, in either
 //! sense. At a minimum, no configuration nearby is nearer to the goal.
 
-use super::{Arms, PositionLimits};
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::arm::ArmState;
+use dq_kinematics::arm::{ArmState, Arms};
 use dq_kinematics::control::Controller;
+use dq_limits::PositionLimits;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 /// The least speed of an escape, as the norm over all joints [rad/s, prismatic: m/s].
-pub(super) const SPEED: f64 = 0.3;
+pub const ESCAPE_SPEED: f64 = 0.3;
 
 /// The least curvature of the error at which there is an escape, as a fraction of the squared error. If two joints have to move to
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
@@ -28,7 +28,7 @@ const SQUARINGS: usize = 20;
 
 /// The result of the search for an escape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum FoundEscape {
+pub enum FoundEscape {
     /// An escape that the arm can take.
     Open,
     /// The arm cannot take the escape: the position limits of this joint (counted from 0) block it in both senses.
@@ -39,12 +39,12 @@ pub(super) enum FoundEscape {
 
 /// The direction of the escape in joint space, of unit length.
 #[derive(Serialize, Deserialize)]
-pub(super) struct EscapeDirection(DVector<f64>);
+pub struct EscapeDirection(DVector<f64>);
 
 impl EscapeDirection {
     /// Raises the component of `theta_dot` [rad/s, prismatic: m/s] along the direction to the least speed of an escape.
     pub fn lead(&self, theta_dot: &mut [f64]) {
-        let missing = (SPEED - self.along(theta_dot)).max(0.0);
+        let missing = (ESCAPE_SPEED - self.along(theta_dot)).max(0.0);
         theta_dot.iter_mut().zip(&self.0).for_each(|(speed, part)| *speed += missing * part);
     }
 
@@ -64,7 +64,7 @@ impl EscapeDirection {
 
 /// How far the motion of the joints can reduce the law's error.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Freedom {
+pub struct Freedom {
     /// The law's error `|e|`.
     pub error: f64,
     /// The fraction of the error that the joints can reduce, `|Jᵀ e| / |e|`.
@@ -73,12 +73,13 @@ pub(super) struct Freedom {
     pub fall: f64,
 }
 
-/// Finds escapes. Owns the buffers for the search.
-pub(super) struct Escape {
+/// Finds escapes. Owns the buffers that this takes.
+pub struct Escape {
+    /// The direction of the last escape that was found.
     pub direction: EscapeDirection,
     /// The arms at a trial configuration.
     trial: Arms,
-    search: Search,
+    curvature: Curvature,
     descent: Vec<f64>,
 }
 
@@ -87,7 +88,7 @@ impl Escape {
     pub fn new(trial: Arms) -> Self {
         let joints = trial.joint_count();
         let direction = EscapeDirection(DVector::zeros(joints));
-        Self { direction, trial, search: Search::new(joints), descent: vec![0.0; joints] }
+        Self { direction, trial, curvature: Curvature::new(joints), descent: vec![0.0; joints] }
     }
 
     /// Sets the tool offset.
@@ -112,8 +113,8 @@ impl Escape {
         theta: &[f64],
         limits: &PositionLimits,
     ) -> FoundEscape {
-        let Self { direction, trial, search, descent } = self;
-        let curvature = search.steepest_bend(trial, controller, goal, theta, &mut direction.0);
+        let Self { direction, trial, curvature, descent } = self;
+        let curvature = curvature.steepest_bend(trial, controller, goal, theta, &mut direction.0);
         trial.evaluate(theta);
         let error = controller.steepest_descent(trial.state(), goal, descent);
         // A NaN curvature counts as no escape.
@@ -134,8 +135,8 @@ impl Escape {
     }
 }
 
-/// The buffers of a search.
-struct Search {
+/// The curvature of the error, and the buffers to compute it.
+struct Curvature {
     /// `−∂²(½|e|²)/∂θ²`, one column per joint, from differences of `Jᵀ e`; not exactly symmetric.
     bend: DMatrix<f64>,
     power: DMatrix<f64>,
@@ -144,7 +145,7 @@ struct Search {
     descent: [Vec<f64>; 2],
 }
 
-impl Search {
+impl Curvature {
     /// Creates the buffers for this many joints.
     fn new(joints: usize) -> Self {
         let (zeros, square) = (vec![0.0; joints], DMatrix::zeros(joints, joints));
@@ -223,9 +224,9 @@ mod tests {
     /// Returns the largest eigenvalue of the matrix with these rows, and its eigenvector.
     fn largest(rows: &[f64]) -> (f64, Vec<f64>) {
         let count = rows.len().isqrt();
-        let (mut search, mut direction) = (Search::new(count), DVector::zeros(count));
-        search.bend = DMatrix::from_row_slice(count, count, rows);
-        (search.largest_eigenvalue(&mut direction), direction.as_slice().to_vec())
+        let (mut curvature, mut direction) = (Curvature::new(count), DVector::zeros(count));
+        curvature.bend = DMatrix::from_row_slice(count, count, rows);
+        (curvature.largest_eigenvalue(&mut direction), direction.as_slice().to_vec())
     }
 
     #[test]

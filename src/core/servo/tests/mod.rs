@@ -1,0 +1,4 @@
+//! Unit tests of private modules.
+
+mod consent;
+mod explanation;

@@ -1,0 +1,6 @@
+//! Unit tests of private modules.
+
+mod arbiter;
+mod lateness;
+mod presence;
+mod tracking_monitor;

@@ -1,0 +1,10 @@
+#![doc = include_str!("README.md")]
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+mod escape;
+mod joint_search;
+
+pub use escape::{ESCAPE_SPEED, Escape, EscapeDirection, FoundEscape, Freedom};
+pub use joint_search::{Found, Question, STARTS, Search};
