@@ -50,7 +50,7 @@ pub(super) fn without_multicast(message: &mut [u8]) -> bool {
     // A submessage has a kind, flags and the length of what follows.
     while let Some([kind, flags, low, high]) = four(message, at) {
         let length = usize::from(number([low, high], flags & LITTLE_ENDIAN != 0));
-        // Flags and the offset of the payload after it, a reader, a writer.
+        // DATA continues with extra flags, the distance from the next field to the payload, the reader and the writer.
         let is_announcement =
             kind == DATA && flags & PAYLOAD != 0 && four(message, at + 12) == Some(ANNOUNCER);
         if let Some([_, _, low, high]) = four(message, at + 4).filter(|_| is_announcement) {
@@ -58,7 +58,7 @@ pub(super) fn without_multicast(message: &mut [u8]) -> bool {
             ignore_multicast(message, payload);
             return true;
         }
-        // A length of zero means up to the end.
+        // A length of zero means that the submessage extends to the end of the message.
         if length == 0 {
             return false;
         }
@@ -67,7 +67,8 @@ pub(super) fn without_multicast(message: &mut [u8]) -> bool {
     false
 }
 
-/// Marks the parameters with multicast addresses as ignored. The payload begins with the bytes that name its encoding.
+/// Marks the parameters with multicast addresses as ignored. `payload` is the payload's position in `message`; the payload begins
+/// with the bytes that name its encoding.
 fn ignore_multicast(message: &mut [u8], payload: usize) {
     let Some([_, encoding, ..]) = four(message, payload) else { return };
     let (is_little_endian, mut at) = (encoding & 1 != 0, payload + 4);

@@ -3,7 +3,7 @@
 //! `ros2 topic pub --once` publishes about a millisecond after the announcement of its writer, and leaves soon after. In RustDDS
 //! 0.15.1 the announcement passes three queues before the reader knows the writer. A sample that arrives earlier is dropped, and so
 //! is the HEARTBEAT that would announce it again. RustDDS then acknowledges that nothing is missing. Fast DDS sends its next
-//! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal is lost.
+//! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal in the sample is lost.
 //!
 //! Therefore this module requests sample 1 a moment after the reader knows the writer. A writer ignores the request if it has not
 //! published yet, or if its first sample is older than the reader. If the sample has arrived without the request, it arrives twice

@@ -2,8 +2,8 @@
 //!
 //! RustDDS 0.15.1 gives a new reader the samples that it still stores for the topic, even if the reader is volatile, so that a
 //! message would be taken twice. Also, ros2-client drains the notifications of RustDDS at each `take`, which costs an allocation
-//! and a system call. Delete this module when volatile readers start with later messages, and the `lib` test
-//! a_cycle_allocates_… passes with `ros2_client::Subscription::take`.
+//! and a system call. Delete this module when a new volatile reader gets only messages that arrive after its creation, and the
+//! `lib` test a_cycle_allocates_… passes with `ros2_client::Subscription::take`.
 
 use futures::Stream;
 use ros2_client::error::{ReadError, ReadResult};
@@ -16,7 +16,8 @@ use std::task::{Context, Poll, Waker};
 /// A subscription of ros2-client that may have replaced another one.
 pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// The replaced subscription has taken the messages that were received up to this time \[ns\].
+    /// The replaced subscription has taken the messages that were received up to this time \[ns\]. Without a replaced subscription,
+    /// `i64::MIN`.
     since: i64,
     /// The time at which the newest message that was taken was received \[ns\].
     newest: AtomicI64,
@@ -82,7 +83,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
     }
 }
 
-/// Returns the reason why a message could not be decoded. Formats nothing, because a thousand such messages may arrive in a cycle.
+/// Returns the reason why a message could not be decoded. A failed deserialization has its text already. Formatting one would cost
+/// too much, because a thousand such messages may arrive in a cycle.
 fn reason(why: ReadError) -> String {
     match why {
         ReadError::Deserialization { reason } => reason,
