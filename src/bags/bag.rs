@@ -20,7 +20,8 @@ struct Bound {
 /// rest only to about a twentieth of their size.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
-/// The bound for the chunks that are unpacked. Chunks may contain images and maps of one color, which take time but no memory.
+/// The bound for the chunks that are unpacked. It is higher than [`ROOM`], because chunks may contain images and maps of one color.
+/// Checking such chunks takes time, but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
 /// If blocks overlap in time, the bag unpacks them together, as long as their messages have fewer bytes than this.
@@ -87,7 +88,7 @@ impl Bag {
         Ok(Self { files, blocks, waiting: BTreeMap::new(), held: 0, room, types: None, losses })
     }
 
-    /// Returns this bag, limited to messages of these types (`package/msg/Name`).
+    /// Limits the bag to messages of these types (`package/msg/Name`), and returns it.
     #[must_use]
     pub fn only(mut self, types: &[impl AsRef<str>]) -> Self {
         self.give_only(types);
@@ -143,7 +144,7 @@ impl Iterator for Bag {
 
     fn next(&mut self) -> Option<BagMessage> {
         while let Some((file, block)) = self.blocks.last().copied() {
-            // If they exceed this size, messages are returned block by block.
+            // If the waiting messages exceed [`OVERLAP`], they are returned before the next block is unpacked.
             let first = self.waiting.first_key_value();
             if first.is_some_and(|(first, _)| block.start > first.log_time || self.held >= OVERLAP) {
                 break;
