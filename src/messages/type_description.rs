@@ -97,7 +97,7 @@ message! {
 }
 
 impl GetTypeDescriptionResponse {
-    /// Creates an answer without a description.
+    /// Creates the response to a request that failed.
     pub fn failed(why: String) -> Self {
         Self { failure_reason: why, ..Self::default() }
     }

@@ -34,7 +34,7 @@ impl Time {
         Self::from_nanoseconds(self.nanoseconds().saturating_sub(age))
     }
 
-    /// Creates a time from nanoseconds since the Unix epoch. An earlier time saturates.
+    /// Creates a time from nanoseconds since the Unix epoch. A time before 1970 or after 2038 saturates.
     pub fn from_nanoseconds(nanoseconds: i64) -> Self {
         let nanoseconds = nanoseconds.max(0).unsigned_abs();
         let (sec, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
