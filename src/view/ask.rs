@@ -13,7 +13,7 @@ pub(super) struct Request {
     pub ask: Ask,
 }
 
-/// A request to the robot. A browser that may only watch cannot send requests.
+/// What a browser can request. A browser that may only watch cannot send requests.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
@@ -58,7 +58,7 @@ pub enum Ask {
 }
 
 impl Request {
-    /// Reads a text message.
+    /// Parses a request from a text message.
     ///
     /// # Errors
     /// The reason why the text is not a valid request, as a sentence.

@@ -129,7 +129,7 @@ impl Server {
         format!("http://{host}/?token={}", self.shared.guard.token())
     }
 
-    /// Returns whether a browser has begun to watch.
+    /// Returns a receiver of whether a browser has begun to watch.
     pub fn watched(&self) -> watch::Receiver<bool> {
         self.shared.watched.subscribe()
     }
@@ -142,7 +142,7 @@ impl Server {
             let stream = match self.listener.accept().await {
                 Ok((stream, _)) => stream,
                 Err(why) => {
-                    // Usually there are no free file descriptors at this time; some will be closed.
+                    // Usually the process has no free file descriptor. A moment later it may have one again.
                     self.shared.complaints.add(&format!("no connection can be taken: {why}"));
                     tokio::time::sleep(Duration::from_millis(100)).await;
                     continue;
@@ -166,13 +166,13 @@ fn reachable(listening: IpAddr) -> IpAddr {
     outward.map_or(Ipv4Addr::LOCALHOST.into(), |address| address.ip())
 }
 
-/// Answers a connection, which occupies `place` until the browser sends the token.
+/// Answers the requests of a connection. The connection occupies `place` until the browser sends the token.
 async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePermit) {
     let admitted = Arc::new(Notify::new());
     let service = TowerToHyperService::new(router(shared.clone(), admitted.clone()));
     let mut conversation = pin!(converse(stream, service));
     tokio::select! {
-        // The browser has either been told the error, or has gone.
+        // The server has answered with an error, or the browser has gone.
         _ = &mut conversation => return,
         () = tokio::time::sleep(STRANGER_TIME) => return,
         () = admitted.notified() => drop(place),
