@@ -28,7 +28,7 @@ pub fn node(name: &str) -> (Session, Node) {
     (session, node)
 }
 
-/// Opens a session with its own participant.
+/// Opens a session, with a participant of its own, in domain 7 on this host only.
 pub fn session() -> Session {
     let environment = Environment::new(7, Reach::Localhost);
     Session::open(&environment).unwrap()

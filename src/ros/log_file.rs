@@ -1,4 +1,4 @@
-//! Writes lines to a log file in ROS 2's log folder, as every C++ and Python node does.
+//! Writes lines to a log file in ROS 2's log folder, where C++ and Python nodes also write theirs.
 
 use crate::stderr::{self, Queue};
 use std::fs::{File, create_dir_all};

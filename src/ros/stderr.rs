@@ -24,7 +24,7 @@ pub(crate) struct Queue {
 
 struct Line {
     text: String,
-    /// The number of lines lost since the previous line.
+    /// The number of lines that were lost between the previous line and this one.
     lost: u64,
 }
 

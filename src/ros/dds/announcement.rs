@@ -5,7 +5,7 @@ use rustix::net::{AddressFamily, SocketFlags, SocketType, bind, socket_with, soc
 use std::net::{Ipv4Addr, SocketAddrV4};
 use tokio::net::UdpSocket;
 
-/// The address of the group.
+/// The address of the multicast group.
 pub(crate) const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
 /// The position of the sender's GUID prefix in a message \[bytes\]. Protocol, version and vendor precede the prefix.

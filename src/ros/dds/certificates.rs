@@ -2,7 +2,7 @@
 //!
 //! RustDDS 0.15.1 checks neither the dates of certificates nor whether key and certificate belong together. Without the check of
 //! the dates, a node would continue after its certificate has expired. Without the check of the key, the node would find no peer
-//! and report nothing. Delete this module when test `security` an_enclave_s_own_files_… passes without it.
+//! and report nothing. Delete this module when test `security` an_enclave_s_own_files_… passes without the module.
 
 use openssl::asn1::{Asn1Time, Asn1TimeRef};
 use openssl::error::ErrorStack;

@@ -19,7 +19,7 @@ pub(crate) struct ReplaceableSubscription<M> {
     /// The replaced subscription has taken the messages that were received up to this time \[ns\]. Without a replaced subscription,
     /// `i64::MIN`.
     since: i64,
-    /// The time at which the newest message that was taken was received \[ns\].
+    /// When the newest of the taken messages was received \[ns\].
     newest: AtomicI64,
 }
 
@@ -74,8 +74,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         }
     }
 
-    /// Returns whether the replaced subscription has not taken this sample. RustDDS gives the samples of a topic increasing receive
-    /// stamps, even if the clock is set back.
+    /// Returns whether this sample arrived after the last one that the replaced subscription has taken. RustDDS gives the samples
+    /// of a topic increasing receive stamps, even if the clock is set back.
     fn is_new(&self, (_, info): &Sample<M>) -> bool {
         let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
         self.newest.fetch_max(received, Ordering::Relaxed);
@@ -83,8 +83,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
     }
 }
 
-/// Returns the reason why a message could not be decoded. A failed deserialization has its text already. Formatting one would cost
-/// too much, because a thousand such messages may arrive in a cycle.
+/// Returns the reason why a message could not be decoded. The text of a failed deserialization is used as it is: a thousand such
+/// messages may arrive in a cycle, and formatting would cost too much.
 fn reason(why: ReadError) -> String {
     match why {
         ReadError::Deserialization { reason } => reason,

@@ -1,8 +1,8 @@
 //! Chooses how many samples of a topic RustDDS stores for its readers.
 //!
-//! RustDDS 0.15.1 stores this many samples of a topic: the largest `max_samples` among all descriptions that the process has
-//! created for the topic. It keeps them even after they were taken, and regardless of their size (`dds_cache.rs`). So this module
-//! keeps `max_samples` small until it knows the size of the messages. Then it makes the number as large as the memory budget
+//! The number of samples that RustDDS 0.15.1 stores for a topic is the largest `max_samples` among all descriptions of the topic in
+//! this process. RustDDS keeps the samples even after they were taken, and regardless of their size (`dds_cache.rs`). So this
+//! module keeps `max_samples` small until it knows the size of the messages. Then it makes the number as large as the memory budget
 //! allows. Delete this module when RustDDS drops samples that every reader has taken.
 
 use std::collections::VecDeque;

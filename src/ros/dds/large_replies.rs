@@ -177,7 +177,8 @@ fn packet(
         &[0x09, 0x01],
         &[8, 0],
         &time,
-        // DATA: kind, flags (little endian, inline QoS, payload), length (zero means up to the end), extra flags, offset of the inline QoS.
+        // DATA: kind, flags (little endian, inline QoS, payload), length (zero if the submessage extends to the end of the
+        // message), extra flags, offset of the inline QoS.
         &[0x15, 0x07],
         &length,
         &[0, 0, 16, 0],

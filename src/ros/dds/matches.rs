@@ -187,7 +187,7 @@ impl Matches {
 }
 
 impl State {
-    /// Forgets remote endpoints that have gone.
+    /// Forgets the endpoints for which `gone` returns true.
     pub fn forget(&mut self, gone: impl Fn(GUID) -> bool) {
         self.pairs.retain(|pair| !gone(pair.remote));
         self.incompatible.retain(|pair, _| !gone(pair.remote));

@@ -2,7 +2,7 @@
 //!
 //! RustDDS 0.15.1 uses only the network interfaces that had an address when the participant was created. So a process that was
 //! started before the network meets nobody. Delete this module when participants use new addresses, that is, when test `dds`
-//! a_servo_started_before_the_network_… passes without it.
+//! a_servo_started_before_the_network_… passes without the module.
 
 use super::ended_threads::note_new_address;
 use std::collections::BTreeSet;

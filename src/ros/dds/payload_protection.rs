@@ -1,4 +1,4 @@
-//! Warns of a governance with which this process cannot receive from ROS 2 nodes on Fast DDS.
+//! Warns of a DDS Security governance (`governance.p7s`) under which this process cannot receive from ROS 2 nodes on Fast DDS.
 //!
 //! `data_protection_kind` protects payloads in addition to the submessages that `metadata_protection_kind` protects. Fast DDS then
 //! pads between ciphertext and signature, but RustDDS 0.15.1 takes the last 20 bytes as the signature. So RustDDS cannot read a

@@ -8,8 +8,8 @@
 //! rediscovery").
 //!
 //! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open.
-//! Delete this module when lost participants that are back are received again, that is, when test `dds` a_known_peer_that_returns_…
-//! has nothing to end.
+//! Delete this module when RustDDS receives again from lost participants that are back. Then the servo in test `dds`
+//! a_known_peer_that_returns_… no longer ends.
 
 use super::announcement::{SENDER, listen};
 use super::ended_threads::{NetworkEnd, end};

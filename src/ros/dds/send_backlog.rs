@@ -29,7 +29,7 @@ impl Wake for Waiting {
     }
 }
 
-/// A writer of messages of one type, which can drop messages behind unsent ones.
+/// A writer of messages of one type. It can drop a message instead of queueing it behind unsent ones.
 pub(crate) struct InTimeWriter<M: Serialize> {
     inner: DataWriterCdr<M>,
     waiting: Arc<Waiting>,
@@ -85,8 +85,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// A waker that blocks the thread that calls it until the other end of the gate is dropped. RustDDS's thread calls it at each
-    /// message.
+    /// A waker that blocks its caller until the other end of the gate is dropped. Its caller is RustDDS's thread, at each message.
     struct Gate {
         entered: Sender<()>,
         opened: Mutex<Receiver<()>>,

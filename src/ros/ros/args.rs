@@ -9,15 +9,15 @@ use thiserror::Error;
 /// An argument that ROS 2 would reject.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ArgsError {
-    /// Not an option of `--ros-args`.
+    /// The argument is not an option of `--ros-args`.
     #[error(
         "unknown ROS argument {0:?}: expected -r, -p, --params-file, --log-level or another option of --ros-args"
     )]
     Unknown(String),
-    /// An option without its value.
+    /// An option lacks its value.
     #[error("{0} needs a value")]
     NoValue(String),
-    /// A malformed value.
+    /// The value of an option is malformed.
     #[error("{option} {value:?}: expected {expected}")]
     Malformed {
         /// The option.
@@ -81,7 +81,7 @@ pub struct LoggerLevel {
 /// A source of parameter values. If several sources set a parameter, the last one wins.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Override {
-    /// `-p [node:]name:=value`
+    /// A parameter on the command line: `-p [node:]name:=value`.
     Parameter {
         /// The only node to which the value applies; `None`: all nodes.
         node: Option<String>,
@@ -90,7 +90,7 @@ pub enum Override {
         /// The value, as YAML.
         yaml: String,
     },
-    /// `--params-file`
+    /// A parameter file on the command line: `--params-file`.
     File(PathBuf),
     /// A value that the program itself gives. ROS 2 has no such source.
     Value {
@@ -117,7 +117,7 @@ pub struct RosArgs {
     pub remaps: Vec<Remap>,
     /// Parameter overrides in order; the last one wins.
     pub overrides: Vec<Override>,
-    /// The default log level.
+    /// The level of all loggers that have no level of their own.
     pub log_level: Option<LogLevel>,
     /// The log levels of single loggers.
     pub logger_levels: Vec<LoggerLevel>,

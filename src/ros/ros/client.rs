@@ -23,7 +23,7 @@ const LOOK: Duration = Duration::from_millis(1);
 /// The largest number of replies that are read per check.
 const MOST_REPLIES: usize = 100;
 
-/// A server's endpoints, and how it assigns replies to requests.
+/// The endpoints of a server, and how the server assigns replies to requests.
 pub(super) struct ServerEndpoints {
     request_reader: GUID,
     reply_writer: GUID,
@@ -70,7 +70,7 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
 /// A client of ros2-client, which the node stores. All [`Client`]s that the node creates for one service share it.
 ///
 /// They share it because, in a secured graph, a second client of a service in one participant gets no answer, even after the first
-/// client has gone: RustDDS stores the keys of only one endpoint for each pair of an own endpoint and a remote participant.
+/// client has gone: for each of its endpoints and each remote participant, RustDDS stores the keys of only one remote endpoint.
 pub(super) struct Connection {
     inner: ros2_client::Client<Payload, Payload>,
     mapping: ServiceMapping,

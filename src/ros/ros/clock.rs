@@ -15,7 +15,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Creates the clock of `node`, which follows `/clock` if `simulated` is true.
+    /// Creates the clock of `node`. The clock follows `/clock` if `simulated` is true.
     ///
     /// # Errors
     /// [`RosError`].

@@ -1,4 +1,4 @@
-//! Creates a node's publishers, subscriptions, servers and clients. ros2-client announces them as endpoints of the node.
+//! Creates a node's publishers, subscriptions, servers and clients. ros2-client announces most of them as endpoints of the node.
 
 use super::endpoint_names::EndpointNames;
 use super::error::RosError;
@@ -180,7 +180,7 @@ pub(super) fn of_parameter_events() -> QosPolicies {
         .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
         .durability(Durability::Volatile)
         .history(History::KeepLast { depth: DEPTH })
-        // The recorder's participant also reads this topic, and stores as many samples as the writer.
+        // A limit is necessary, because the recorder's participant also reads this topic, and stores as many samples as its writer.
         .resource_limits(sample_limits::of_reader(DEPTH))
         .build()
 }

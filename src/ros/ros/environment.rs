@@ -46,7 +46,7 @@ impl Environment {
     ///
     /// # Errors
     /// [`RosError::Environment`] with the variable and its valid values; [`RosError::Security`] if security is requested and the
-    /// enclave does not exist; [`RosError::Name`].
+    /// enclave does not exist; [`RosError::Name`] if the enclave's name is invalid.
     pub fn from_process(args: &RosArgs) -> Result<Self, RosError> {
         for variable in VARIABLES {
             // If an unreadable value were ignored, the process could run unsecured or in the wrong domain.

@@ -62,7 +62,7 @@ pub enum RosError {
     Write {
         /// The name of the topic.
         topic: String,
-        /// The middleware's message.
+        /// The reason.
         why: String,
     },
     /// The wire contract does not have the requested topic.

@@ -1,4 +1,4 @@
-//! The topics and services of other participants, and nodes that share a name.
+//! Lists the topics and services of other participants, and detects nodes that share a name.
 
 use crate::dds::matches::Matches;
 use dq_messages::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};

@@ -241,7 +241,7 @@ impl Node {
         graph::services(&self.domain().dds)
     }
 
-    /// Watches for other nodes with the fully qualified name `name`. It may be the name of this node.
+    /// Watches for other nodes with the fully qualified name `name`. `name` may be the name of this node.
     pub fn watch_name(&self, name: &str) -> NameWatch {
         let (participant, own) = (self.domain().dds.guid(), self.name().fully_qualified());
         NameWatch::new(self.domain().matches.clone(), participant, name, own == name)

@@ -176,7 +176,7 @@ impl Current {
     }
 }
 
-/// The most parameters that one request sets.
+/// The largest number of parameters that one request can set.
 const MOST_AT_ONCE: usize = 2000;
 
 /// The number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer than the

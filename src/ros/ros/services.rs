@@ -56,7 +56,7 @@ impl<'de> Deserialize<'de> for Payload {
                 f.write_str("bytes")
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut input: A) -> Result<Payload, A::Error> {
-                // The payload ends with the input, which CDR reports as an error.
+                // The payload ends where the input ends. CDR reports that end as an error.
                 Ok(Payload(std::iter::from_fn(|| input.next_element().ok().flatten()).collect()))
             }
         }

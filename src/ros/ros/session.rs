@@ -194,7 +194,7 @@ impl Drop for ServedPeers {
     }
 }
 
-/// How long the tasks of the nodes may take to end.
+/// How long the end of a session waits for the session's tasks.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
 impl Drop for Session {
