@@ -16,7 +16,7 @@ struct Bound {
     ratio: u64,
 }
 
-/// The bound for the messages that are returned. No recording has a larger ratio: zstd compresses even the messages of an arm at
+/// The bound for the messages that are returned. No recording reaches this ratio: zstd compresses even the messages of an arm at
 /// rest only to about a twentieth of their size.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
@@ -29,8 +29,8 @@ const OVERLAP: usize = 64 << 20;
 
 /// A bag, and an iterator over its messages in the order of log time. Messages with equal times keep their stored order.
 ///
-/// Each block of a file is unpacked once, when its first message is next in time. So the memory needed depends on how much the
-/// blocks overlap, not on the size of the bag. [`Bag::losses`] lists the parts that could not be read.
+/// The bag unpacks each block of a file when the block's earliest message is next in time. So the memory needed depends on how much
+/// the blocks overlap, not on the size of the bag. [`Bag::losses`] lists the parts that could not be read.
 #[derive(Debug)]
 pub struct Bag {
     files: Vec<Storage>,
@@ -56,7 +56,7 @@ struct Turn {
 }
 
 impl Bag {
-    /// Opens a bag's directory, with or without `metadata.yaml`, or one of its files. Does not unpack messages yet.
+    /// Opens a bag's directory, with or without `metadata.yaml`, or one of its files. Keeps no messages in memory yet.
     ///
     /// # Errors
     /// [`BagError::Read`], [`BagError::NotABag`]; [`BagError::Damaged`] if none of the files can be read.

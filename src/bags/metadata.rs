@@ -1,4 +1,4 @@
-//! The file `metadata.yaml`, which describes a bag, so that readers need not open the bag's other files.
+//! Reads and writes `metadata.yaml`, which describes a bag, so that readers need not open the bag's other files.
 
 use super::error::BagError;
 use super::qos::Profile;

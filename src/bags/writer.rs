@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// The sizes at which the writer begins a new file. By default, the bag has one file.
+/// The limits at which the writer begins a new file. Without limits, the bag has one file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriterOptions {
     /// The size from which a file is full \[bytes\]. A file grows by whole chunks.
@@ -47,7 +47,7 @@ impl TopicRecord {
     }
 }
 
-/// A topic of one [`BagWriter`]. Other writers reject it.
+/// The id of a topic in one [`BagWriter`]. Other writers reject this id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TopicId {
     writer: u64,
@@ -170,8 +170,8 @@ impl BagWriter {
         Ok(TopicId { writer: self.number, number: self.topics.len() - 1 })
     }
 
-    /// Writes a message. `cdr` includes the encapsulation header; times are in \[ns\] since the Unix epoch. The message is on disk
-    /// when its chunk is written, at the latest after [`BagWriter::flush`].
+    /// Writes a message. `cdr` includes the encapsulation header; times are in \[ns\] since the Unix epoch. The message gets into
+    /// the file when its chunk is full, or at the next [`BagWriter::flush`].
     ///
     /// # Errors
     /// [`BagError::ForeignTopic`], [`BagError::Write`].
