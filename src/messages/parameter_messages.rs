@@ -52,7 +52,7 @@ message! {
     FloatingPointRange = "rcl_interfaces/msg/FloatingPointRange" {
         from_value: f64,
         to_value: f64,
-        /// The step between values; 0 for none.
+        /// The step between values; 0 if every value within the bounds is valid.
         step: f64,
     }
 }
@@ -61,7 +61,7 @@ message! {
     IntegerRange = "rcl_interfaces/msg/IntegerRange" {
         from_value: i64,
         to_value: i64,
-        /// The step between values; 0 for none.
+        /// The step between values; 0 if every value within the bounds is valid.
         step: u64,
     }
 }
