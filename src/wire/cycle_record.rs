@@ -81,20 +81,20 @@ pub enum Recorded<'a> {
     Saved(Saved<'a>),
     /// Parameters were set.
     Parameters(RecordedParameters),
-    /// [`Event::Pause`].
+    /// A request to pause or to resume: [`Event::Pause`].
     Pause {
         /// Whether to pause or to resume.
         paused: bool,
         /// The age of the request on arrival.
         ago: Duration,
     },
-    /// [`Event::Stop`].
+    /// A request to stop: [`Event::Stop`].
     Stop,
     /// [`Event::Reconfigure`], with the age of the request on arrival.
     Reconfigure(Duration),
     /// [`Event::Found`]: when the servo asked for the search, the number of starts that the search tried, and the positions found.
     Found(Duration, u32, Option<Cow<'a, [f64]>>),
-    /// [`Event::JointState`].
+    /// A joint state: [`Event::JointState`].
     JointState {
         /// The number of the arm.
         arm: usize,
@@ -115,16 +115,16 @@ pub enum Recorded<'a> {
     Rival(usize, bool),
     /// [`Event::SpeedScaling`]: the number of the arm, and the fraction of the commanded speed at which it moves.
     SpeedScaling(usize, f64),
-    /// [`Event::Goal`].
+    /// A goal: [`Event::Goal`].
     #[serde(borrow)]
     Goal(GoalReading<'a>),
-    /// [`Event::GoalMotion`].
+    /// A motion of the goal's frame: [`Event::GoalMotion`].
     #[serde(borrow)]
     GoalMotion(GoalMotion<'a>),
-    /// [`Event::Twist`].
+    /// A twist: [`Event::Twist`].
     #[serde(borrow)]
     Twist(TwistReading<'a>),
-    /// [`Event::Waits`].
+    /// The sender of a goal that waits for its frame: [`Event::Waits`].
     Waits(Sent),
 }
 

@@ -39,7 +39,8 @@ pub struct MotionReport {
     pub outcome: Outcome,
     /// The reason for the outcome, unless the outcome explains itself.
     pub why: Option<String>,
-    /// The goal in the servo's own frame: x y z \[m\], then qx qy qz qw. `None` for a rejected goal.
+    /// The goal in the base frame (for two arms, in the left tool's frame): x y z \[m\], then qx qy qz qw. `None` for a rejected
+    /// goal.
     pub goal: Option<PoseNumbers>,
     /// The frame of the goal's message; empty for a rejected goal.
     pub goal_frame: String,
@@ -60,7 +61,7 @@ pub struct MotionReport {
     pub tool: Option<PoseNumbers>,
     /// When the motion began, by the clock of the servo's host \[ns since 1970\].
     pub began: Option<i64>,
-    /// Information about another configuration that reaches the goal; empty in bags of earlier versions.
+    /// The name of a [`Reconfiguration`]: whether another configuration reaches the goal. Empty in bags of earlier versions.
     pub reconfiguration: String,
     /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,
