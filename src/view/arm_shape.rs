@@ -14,7 +14,7 @@ const GREY: Rgb = [0.78, 0.8, 0.82];
 /// The size of the smallest detail, as a fraction of the arm's reach.
 const CELL: f64 = 1e-3;
 
-/// The largest number of triangles, which real robots do not need. Further triangles are left out.
+/// The largest number of triangles. Real robots have fewer. Further triangles are left out.
 const MOST: usize = 1_000_000;
 
 /// The triangles of the arm, and the reasons why some shapes could not be read.

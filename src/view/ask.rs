@@ -17,7 +17,7 @@ pub(super) struct Request {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
-    /// Go to a pose in the base frame.
+    /// Go to a pose in the goal frame: the base frame or, for two arms, the left tool's frame.
     Goal {
         /// The position x, y, z \[m\].
         position: [f64; 3],
@@ -44,7 +44,7 @@ pub enum Ask {
     Resume,
     /// Bring the arm to rest, and drop the goal.
     Stop,
-    /// Put a simulated arm back to its start.
+    /// Put the simulated arms back to their start.
     Reset,
     /// Send two simulated arms to the same goal under two laws.
     Race {

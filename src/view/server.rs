@@ -33,8 +33,8 @@ const MOST_GUESTS: usize = 64;
 /// The largest number of sessions.
 const MOST_VIEWERS: usize = 32;
 
-/// A connection without the token is closed after this time, so that browsers with the token soon get a place. A lost packet is
-/// retransmitted within this time.
+/// A connection without the token is closed after this time, so that browsers with the token soon get a place. The time is long
+/// enough to retransmit a lost packet.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 
 /// The time within which a browser must send the head of a request.
@@ -129,7 +129,7 @@ impl Server {
         format!("http://{host}/?token={}", self.shared.guard.token())
     }
 
-    /// Returns a receiver of whether a browser has begun to watch.
+    /// Returns a receiver whose value becomes true when the first browser begins to watch.
     pub fn watched(&self) -> watch::Receiver<bool> {
         self.shared.watched.subscribe()
     }
@@ -210,7 +210,7 @@ fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
         .with_state(shared)
 }
 
-/// Refuses requests without a token or from another site.
+/// Refuses requests that lack a valid token or come from another site.
 async fn check(
     State((shared, admitted)): State<(Arc<Shared>, Arc<Notify>)>,
     request: Request,

@@ -261,8 +261,8 @@ impl ServoMonitor {
     }
 }
 
-/// Subscribes with best effort to the servo's topic `entry` under the name `topic`. With best effort, no publisher stores samples
-/// for a viewer that does not read, and publishers of any reliability match.
+/// Subscribes with best effort to `topic`. `entry` is the name of this topic in the servo's contract. With best effort, no
+/// publisher stores samples for a viewer that does not read, and publishers of any reliability match.
 fn listen<M: Message>(
     kind: ServoKind,
     node: &mut Node,
