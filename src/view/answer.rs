@@ -1,4 +1,4 @@
-//! The answers to a browser's requests.
+//! Answers to the requests of browsers.
 
 use serde::Serialize;
 

@@ -55,7 +55,7 @@ pub struct MotionReport {
     pub aim: Option<String>,
     /// The gains of the law, as text.
     pub gains: String,
-    /// The controlled pose at the start of the motion.
+    /// The pose that the law controls, at the start of the motion.
     pub start: Option<PoseNumbers>,
     /// The pose of the tool in the arm's tool frame; `None` for the tool frame itself.
     pub tool: Option<PoseNumbers>,

@@ -44,7 +44,7 @@ impl Time {
         }
     }
 
-    /// Returns the next representable time.
+    /// Returns the time that is one nanosecond later.
     pub fn plus_a_nanosecond(&self) -> Self {
         match self.nanosec {
             ..999_999_999 => Self { nanosec: self.nanosec + 1, ..*self },
@@ -81,7 +81,7 @@ impl Header {
 }
 
 message! {
-    /// A simulated time.
+    /// The present time of a simulated clock.
     ClockMessage = "rosgraph_msgs/msg/Clock" {
         clock: Time,
     }

@@ -1,4 +1,4 @@
-//! Errors between a node and the ROS graph.
+//! Errors that occur when a node joins or uses the ROS graph.
 
 use crate::dds::ports;
 use thiserror::Error;

@@ -18,7 +18,7 @@ const DESCRIPTORS_AT_ONCE: usize = 2;
 /// How long to wait for a newer state of a node's parameters after each received state.
 const MORE: Duration = Duration::from_millis(100);
 
-/// Calls the parameter services of one node of any vendor.
+/// Calls the parameter services of one node, whose DDS may be of any vendor.
 pub struct ParameterClient<'a> {
     node: &'a mut Node,
     target: String,

@@ -35,7 +35,7 @@ pub struct Session {
     /// Warnings that no node has logged yet.
     warnings: Arc<Mutex<UnboundedReceiver<String>>>,
     _participating: Participating,
-    /// The task that sends to the static peers. It is dropped after the participant.
+    /// The task that sends to the static peers. This field is dropped after the participant.
     _static_peers: Option<ServedPeers>,
 }
 
