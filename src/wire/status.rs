@@ -103,7 +103,7 @@ pub struct ServoReport<'a> {
 pub struct Reported<'a> {
     /// The node's name.
     pub node: &'a str,
-    /// Whether guards check the commands to the arms.
+    /// Whether guards are running, which stop the arms if the servo is killed.
     pub guard: GuardState,
     /// A text about the keep-outs and keep-ins that the servo does not obey, and why.
     pub not_obeyed: Option<String>,
