@@ -16,11 +16,12 @@ struct Bound {
     ratio: u64,
 }
 
-/// The bound for the messages that are returned. No recording has a larger ratio: zstd compresses even the messages of an arm at
+/// The bound for the messages that are returned. No recording reaches this ratio: zstd compresses even the messages of an arm at
 /// rest only to about a twentieth of their size.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
-/// The bound for the chunks that are unpacked. Chunks may contain images and maps of one color, which take time but no memory.
+/// The bound for the chunks that are unpacked. It is higher than [`ROOM`], because chunks may contain images and maps of one color.
+/// Checking such chunks takes time, but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
 /// If blocks overlap in time, the bag unpacks them together, as long as their messages have fewer bytes than this.
@@ -28,8 +29,8 @@ const OVERLAP: usize = 64 << 20;
 
 /// A bag, and an iterator over its messages in the order of log time. Messages with equal times keep their stored order.
 ///
-/// Each block of a file is unpacked once, when its first message is next in time. So the memory needed depends on how much the
-/// blocks overlap, not on the size of the bag. [`Bag::losses`] lists the parts that could not be read.
+/// The bag unpacks each block of a file when the block's earliest message is next in time. So the memory needed depends on how much
+/// the blocks overlap, not on the size of the bag. [`Bag::losses`] lists the parts that could not be read.
 #[derive(Debug)]
 pub struct Bag {
     files: Vec<Storage>,
@@ -55,7 +56,7 @@ struct Turn {
 }
 
 impl Bag {
-    /// Opens a bag's directory, with or without `metadata.yaml`, or one of its files. Does not unpack messages yet.
+    /// Opens a bag's directory, with or without `metadata.yaml`, or one of its files. Keeps no messages in memory yet.
     ///
     /// # Errors
     /// [`BagError::Read`], [`BagError::NotABag`]; [`BagError::Damaged`] if none of the files can be read.
@@ -87,7 +88,7 @@ impl Bag {
         Ok(Self { files, blocks, waiting: BTreeMap::new(), held: 0, room, types: None, losses })
     }
 
-    /// Returns this bag, limited to messages of these types (`package/msg/Name`).
+    /// Limits the bag to messages of these types (`package/msg/Name`), and returns it.
     #[must_use]
     pub fn only(mut self, types: &[impl AsRef<str>]) -> Self {
         self.give_only(types);
@@ -143,7 +144,7 @@ impl Iterator for Bag {
 
     fn next(&mut self) -> Option<BagMessage> {
         while let Some((file, block)) = self.blocks.last().copied() {
-            // If they exceed this size, messages are returned block by block.
+            // If the waiting messages exceed [`OVERLAP`], they are returned before the next block is unpacked.
             let first = self.waiting.first_key_value();
             if first.is_some_and(|(first, _)| block.start > first.log_time || self.held >= OVERLAP) {
                 break;

@@ -6,7 +6,7 @@ use dq_common::text::{NAME, shown};
 /// Messages of a file that are unpacked together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Block {
-    /// The log time of the block's first message \[ns\], if the file has it.
+    /// The earliest log time in the block \[ns\]; `i64::MAX` for a block without messages.
     pub start: i64,
     /// The index of the block in its file.
     pub number: usize,

@@ -21,7 +21,7 @@ pub enum BagError {
         /// The message of the operating system or the MCAP library.
         why: String,
     },
-    /// The type has no definition, neither in `msg_config/interfaces` nor in the `TopicRecord`.
+    /// Neither `msg_config/interfaces` nor the `TopicRecord` defines the type.
     #[error("{topic}: type {message} has no definition in msg_config/interfaces, so it cannot be recorded")]
     UnknownType {
         /// The name of the topic.
@@ -29,7 +29,7 @@ pub enum BagError {
         /// The name of the type: `package/msg/Name`.
         message: String,
     },
-    /// A topic id is from the writer of another bag.
+    /// A topic id comes from the writer of another bag.
     #[error("cannot write to {0:?}: the topic belongs to another bag, add it to this one")]
     ForeignTopic(PathBuf),
     /// A file could not be read.
@@ -64,7 +64,7 @@ impl BagError {
     }
 
     pub(super) fn write_mcap(path: &Path) -> impl FnOnce(McapError) -> Self {
-        // The operating system's message is preferred if it is the cause.
+        // If the cause is an error of the operating system, the message of that error is clearer.
         let words = |why: McapError| why.source().map_or_else(|| why.to_string(), ToString::to_string);
         move |why| Self::Write { path: path.to_owned(), why: words(why) }
     }

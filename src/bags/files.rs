@@ -22,7 +22,7 @@ pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result
         }
     };
     let mut seen = BTreeSet::new();
-    // Old versions put the name of the directory before that of the file. The files are in this directory in any case.
+    // Old versions of rosbag2 put the name of the directory before each file name. In any case the files are in this directory.
     let in_directory = |path: &String| Some(directory.join(Path::new(path).file_name()?));
     let files: Vec<_> =
         files.iter().filter_map(in_directory).filter(|path| seen.insert(path.clone())).collect();
@@ -58,7 +58,7 @@ fn number(path: &Path) -> Option<u64> {
     }
 }
 
-/// The format of rosbag2's local times in names. Each 0 stands for a digit.
+/// The format of the local times that rosbag2 puts into file names. Each 0 stands for a digit.
 const TIME: &str = "0000_00_00-00_00_00";
 
 /// Returns whether the text has the format [`TIME`].
@@ -81,7 +81,7 @@ pub(super) fn file_name(directory: &Path, number: usize, distro: &str) -> String
     format!("{number}_{prefix}_{}.mcap", chrono::Local::now().format("%Y_%m_%d-%H_%M_%S"))
 }
 
-/// The release of ROS 2 of May 2026.
+/// The name of the ROS 2 release of May 2026, as in `ROS_DISTRO`.
 pub(super) const LYRICAL: &str = "lyrical";
 
 #[cfg(test)]

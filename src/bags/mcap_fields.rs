@@ -1,5 +1,5 @@
-//! Reads the fields of MCAP records with checked lengths. The crate's own parser allocates as much memory as a length field states,
-//! before it checks that the record has this many bytes.
+//! Reads the fields of MCAP records with checked lengths. The parser of the crate `mcap` allocates as much memory as a length field
+//! states, before it checks that the record has this many bytes.
 
 /// A channel record.
 #[derive(Debug, PartialEq)]

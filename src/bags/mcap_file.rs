@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Consecutive messages outside of chunks are read together, up to this number of bytes.
 const TOGETHER: u64 = 1 << 20;
 
-/// The number of bytes that are read at once, even if a record states a greater length.
+/// The largest number of bytes that are read at once, even if a record states a greater length.
 const READ_STEP: usize = 1 << 16;
 
 /// The size of the largest record that is read, and of the largest chunk that is unpacked \[bytes\].
@@ -58,7 +58,8 @@ struct Channel {
 }
 
 impl McapFile {
-    /// Reads the file and unpacks its chunks, within the limit. Calls `lost` with the position of the first damage and the reason.
+    /// Reads the file and unpacks its chunks, within the limit. Calls `lost` with a line about the first damage, or about missing
+    /// messages.
     ///
     /// # Errors
     /// The operating system's error if the file cannot be opened.
@@ -125,14 +126,15 @@ impl McapFile {
         }
     }
 
-    /// Stores the definition in a record. If the record is a message, returns its time \[ns\]; otherwise `None`.
+    /// Stores the schema or channel that a record defines. If the record is a message, returns its log time \[ns\]; otherwise
+    /// `None`.
     fn define(&mut self, opcode: u8, data: &[u8]) -> Result<Option<i64>, String> {
         match opcode {
             op::SCHEMA => {
                 let (id, name) = fields::schema(data).ok_or("a schema without a name")?;
                 self.schemas.entry(id).or_insert_with(|| name.into());
             }
-            // The first definition counts. Channels are repeated at the end of the file without a checksum.
+            // The first definition of an id counts, because the end of a file repeats the channels without a checksum.
             op::CHANNEL => {
                 let channel = fields::channel(data).ok_or("a channel without a topic")?;
                 let message = self.schemas.get(&channel.schema).cloned().unwrap_or_default();
@@ -152,7 +154,7 @@ impl McapFile {
         Ok(None)
     }
 
-    /// Returns the chunks, and groups of messages outside of chunks.
+    /// Returns one block for each chunk, and for each group of consecutive messages outside of chunks.
     pub fn blocks(&self) -> Vec<Block> {
         self.pieces.iter().enumerate().map(|(number, piece)| Block { start: piece.start, number }).collect()
     }

@@ -126,7 +126,7 @@ impl McapOutput {
         }
     }
 
-    /// Returns the number of bytes written.
+    /// Returns the length of the file after the last write \[bytes\].
     pub fn size(&self) -> u64 {
         self.size
     }

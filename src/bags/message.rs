@@ -13,7 +13,7 @@ pub struct Topic {
     pub name: String,
     /// The type of the messages: `package/msg/Name`.
     pub message: String,
-    /// The number of the topic's messages in the bag.
+    /// The number of the topic's messages that were found so far.
     pub count: u64,
 }
 

@@ -1,4 +1,4 @@
-//! The file `metadata.yaml`, which describes a bag, so that readers need not open the bag's other files.
+//! Reads and writes `metadata.yaml`, which describes a bag, so that readers need not open the bag's other files.
 
 use super::error::BagError;
 use super::qos::Profile;
@@ -15,7 +15,7 @@ pub(super) const FILE_NAME: &str = "metadata.yaml";
 /// times shorter.
 const LIMIT: u64 = 16 << 20;
 
-/// The number of messages, and the first and the last log time.
+/// The number of messages in a file or a bag, and their first and last log time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Span {
     pub messages: u64,
@@ -152,7 +152,7 @@ pub(super) fn yaml(value: &impl Serialize) -> Result<String, serde_saphyr::ser::
     serde_saphyr::to_string(value)
 }
 
-/// The parts of the metadata, of any version, that are needed to read a bag.
+/// The parts of `metadata.yaml` that this crate needs to read a bag. Every version of the format has them.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Contents {
     #[serde(default)]

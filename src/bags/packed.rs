@@ -8,7 +8,8 @@ use std::io::{Read, copy};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// The beginning of every zstd frame. CDR begins with a zero, and MCAP and SQLite have other beginnings.
+/// The beginning of every zstd frame. No other content begins like this: CDR begins with a zero, and MCAP and SQLite have other
+/// beginnings.
 const MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
 /// Returns whether a zstd frame begins with these bytes.

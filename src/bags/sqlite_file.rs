@@ -17,10 +17,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// Number of messages in a block.
+/// The number of messages in a block.
 const PAGE: usize = 500;
 
-/// The size of the longest message \[bytes\].
+/// The size of the longest message that is read \[bytes\].
 const MESSAGE_LIMIT: i32 = 128 * 1024 * 1024;
 
 /// An open SQLite file.
@@ -107,7 +107,7 @@ impl SqliteFile {
             .collect()
     }
 
-    /// Returns the topics of the file.
+    /// Returns the topics, with the numbers of messages that were loaded.
     pub fn topics(&self) -> Vec<Topic> {
         let topic = |entry: &Entry| Topic {
             name: entry.name.to_string(),
@@ -153,7 +153,8 @@ impl SqliteFile {
 }
 
 impl Topics {
-    /// Returns the message with this time and id, unless its type was not requested.
+    /// Returns the message with this time and id. `None` if its topic is unknown, if it is not encoded in CDR, or if its type was
+    /// not requested.
     fn read(
         &mut self,
         statement: &mut Statement,
@@ -180,8 +181,8 @@ impl Topics {
     }
 }
 
-/// Returns the reason why the database is not one of rosbag2's; `None` if it is. Virtual tables and generated columns are such
-/// reasons, because their values could have any size.
+/// Returns the reason why the database cannot come from rosbag2; `None` if it can. A database with virtual tables or generated
+/// columns is refused too, because their values could have any size.
 fn why_foreign(connection: &Connection) -> rusqlite::Result<Option<&'static str>> {
     let count = |query: &str| connection.query_row(query, [], |row| row.get::<_, i64>(0));
     let tables = "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('topics', 'messages') AND rootpage > 0";
@@ -218,7 +219,8 @@ fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlit
     Ok(order)
 }
 
-/// Adds the rows of the query up to the id `end`. Stops if the ids are not monotonic: a damaged tree could be circular.
+/// Adds the rows of the query up to the id `end`. Stops if the ids are not monotonic, because the tree of rows in a damaged file
+/// could be circular.
 fn read_rows(
     connection: &Connection,
     query: &str,

@@ -28,7 +28,7 @@ enum Format {
 }
 
 impl Storage {
-    /// Opens a file, within the limit.
+    /// Opens a file. Unpacks at most as many bytes as `limit` allows.
     ///
     /// # Errors
     /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`].
@@ -76,7 +76,7 @@ impl Storage {
         unpacked
     }
 
-    /// Returns the topics of all blocks that were unpacked so far.
+    /// Returns the topics, with the numbers of messages in the blocks that were unpacked so far.
     pub fn topics(&self) -> Vec<Topic> {
         match &self.format {
             Format::Mcap(file) => file.topics(),

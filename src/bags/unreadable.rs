@@ -4,7 +4,7 @@ use dq_common::text::{REASON, shown};
 use std::fmt::Display;
 use std::path::Path;
 
-/// The largest number of lines. Further losses are counted, but get no line.
+/// The largest number of lines. Further losses are only counted.
 const LINES: usize = 20;
 
 /// The parts of a bag that could not be read, one line each.

@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// When the writer begins a new file. By default it never does.
+/// The limits at which the writer begins a new file. Without limits, the bag has one file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriterOptions {
-    /// The number of bytes from which a file is full. A file grows by whole chunks.
+    /// The size from which a file is full \[bytes\]. A file grows by whole chunks.
     pub max_size: Option<u64>,
     /// The span of log time from which a file is full.
     pub max_duration: Option<Duration>,
@@ -47,7 +47,7 @@ impl TopicRecord {
     }
 }
 
-/// A topic of one [`BagWriter`]. Other writers reject it.
+/// The id of a topic in one [`BagWriter`]. Other writers reject this id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TopicId {
     writer: u64,
@@ -64,7 +64,7 @@ pub struct WrittenBag {
     pub messages: u64,
     /// The number of topics, including those without messages.
     pub topics: usize,
-    /// The number of messages that were dropped because the queue before the writer was full.
+    /// The number of messages that were dropped because a queue before the writer was full. [`BagWriter`] has no queue and sets 0.
     pub dropped: u64,
     /// The number of files, without `metadata.yaml`.
     pub files: usize,
@@ -84,7 +84,7 @@ pub struct BagWriter {
     distro: &'static str,
 }
 
-/// The state of the bag that the written metadata show.
+/// The state of the bag when `metadata.yaml` was last written.
 struct MetadataState {
     topics: usize,
     messages: u64,
@@ -129,7 +129,7 @@ impl Entry {
 }
 
 impl BagWriter {
-    /// Begins a bag in a new directory. The names of its files are those of the ROS release in `ROS_DISTRO`.
+    /// Begins a bag in a new directory. Its files get the names that the ROS release in `ROS_DISTRO` would give them.
     ///
     /// # Errors
     /// [`BagError::Exists`], [`BagError::Write`].
@@ -170,8 +170,8 @@ impl BagWriter {
         Ok(TopicId { writer: self.number, number: self.topics.len() - 1 })
     }
 
-    /// Writes a message. `cdr` includes the encapsulation header; times are in \[ns\] since the Unix epoch. The message is on disk
-    /// when its chunk is written, at the latest after [`BagWriter::flush`].
+    /// Writes a message. `cdr` includes the encapsulation header; times are in \[ns\] since the Unix epoch. The message gets into
+    /// the file when its chunk is full, or at the next [`BagWriter::flush`].
     ///
     /// # Errors
     /// [`BagError::ForeignTopic`], [`BagError::Write`].

@@ -5,7 +5,7 @@ use super::{DurabilityKind, ReliabilityKind, WireError};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// One topic of the contract.
+/// One topic of a node: its direction, type and QoS.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TopicContract {
@@ -20,7 +20,7 @@ pub struct TopicContract {
     pub durability: DurabilityKind,
     /// The number of samples that are kept.
     pub depth: i32,
-    /// The publishing rate, for readers of the file.
+    /// The publishing rate, for people who read the file. Programs ignore it.
     pub rate: String,
 }
 

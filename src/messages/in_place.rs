@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer};
 use std::cell::Cell;
 use std::fmt;
 
-/// A value that can be decoded into an earlier value of its type, whose memory it then reuses. The result equals that of
+/// A type whose values can be decoded into an earlier value, so that its memory is used again. The result equals that of
 /// [`Deserialize`].
 pub trait InPlace: Default {
     /// Replaces this value by the deserialized one.
@@ -17,7 +17,7 @@ pub trait InPlace: Default {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }
 
-/// Takes the earlier message out of the cell, and decodes the next message into it.
+/// Takes the earlier message out of the cell, and decodes the next message into its memory.
 pub struct Reuse<'a, M>(pub &'a Cell<M>);
 
 impl<M> Clone for Reuse<'_, M> {
@@ -36,7 +36,7 @@ impl<'de, M: InPlace> DeserializeSeed<'de> for Reuse<'_, M> {
     }
 }
 
-/// A part of a message, decoded into the same part of the earlier message.
+/// Decodes a part of a message into the same part of the earlier message.
 struct Over<'a, T>(&'a mut T);
 
 impl<'de, T: InPlace> DeserializeSeed<'de> for Over<'_, T> {
@@ -53,7 +53,7 @@ fn next<'de, A: SeqAccess<'de>>(input: &mut A, part: &mut impl InPlace) -> Resul
     read.ok_or_else(|| A::Error::custom("a message that ends too early"))
 }
 
-/// Implements the trait for parts without heap memory.
+/// Implements [`InPlace`] for parts without heap memory.
 macro_rules! plain {
     ($($kind:ty),*) => {$(
         impl InPlace for $kind {
@@ -66,7 +66,7 @@ macro_rules! plain {
 }
 plain!(f64, Time, Pose, Twist);
 
-/// Implements the trait for messages, given their fields in order.
+/// Implements [`InPlace`] for messages, given their fields in order.
 macro_rules! fields {
     ($($message:ident { $($field:ident),* })*) => {$(
         impl InPlace for $message {

@@ -1,4 +1,4 @@
-//! The built-in message definitions from `msg_config/interfaces`. A bag contains the definitions of its types.
+//! The built-in message definitions from `msg_config/interfaces`. Each bag contains the definitions of the types that it uses.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
@@ -74,7 +74,7 @@ pub fn definition(message: &str) -> Option<String> {
     Some(text)
 }
 
-/// Returns the RIHS01 hash of a type; empty if it is unknown.
+/// Returns the RIHS01 hash of a type; empty if the type is unknown.
 pub fn type_hash(message: &str) -> &'static str {
     TYPE_HASHES.get(message).map_or("", String::as_str)
 }

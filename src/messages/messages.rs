@@ -1,7 +1,7 @@
 //! The standard messages that the nodes use, with the fields of their `.msg` definitions in order.
 //!
-//! Only messages that the nodes publish, subscribe to or serve are here. The encoding is plain CDR (little endian on the wire). A test
-//! compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
+//! Only messages that the nodes publish, subscribe to or serve are here. The encoding is plain CDR (little endian on the wire). A
+//! test compares the encoded messages with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
 
 mod geometry;
 mod joints;
@@ -34,14 +34,15 @@ pub trait ServiceType: 'static {
     /// The response of the server.
     type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
-    /// Returns a response to send instead of a response of `_bytes` bytes, if the client can read only `_room` bytes. `None` if
-    /// the service has no such response.
+    /// Returns a substitute for a response of `_bytes` bytes, if only `_room` bytes can reach the client. `None` if the service has
+    /// no substitute.
     fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
         None
     }
 }
 
-/// Declares message structs with the derives that every message needs. Fields have documentation only for units and the like.
+/// Declares a message struct with the derives that every message needs. Each field gets a generated comment. Further comments are
+/// necessary only for units and the like.
 macro_rules! message {
     ($(#[$meta:meta])* $name:ident = $type:literal { $($(#[$field_meta:meta])* $field:ident : $kind:ty),* $(,)? }) => {
         $(#[$meta])*
@@ -58,7 +59,7 @@ macro_rules! message {
     };
 }
 
-/// Declares a service type with its two message structs.
+/// Declares a service type, given its request and its response.
 macro_rules! service {
     (
         $(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty

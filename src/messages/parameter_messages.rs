@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 message! {
     /// A parameter value: a tag for the type, and one field for each type.
     ParameterValue = "rcl_interfaces/msg/ParameterValue" {
-        /// The type: 0 not set, 1 bool, 2 integer, 3 double, 4 string, 5 to 9 their arrays (5: bytes).
+        /// The type: 0 not set, 1 bool, 2 integer, 3 double, 4 string; arrays: 5 bytes, 6 bools, 7 integers, 8 doubles, 9 strings.
         kind: u8,
         bool_value: bool,
         integer_value: i64,
@@ -52,7 +52,7 @@ message! {
     FloatingPointRange = "rcl_interfaces/msg/FloatingPointRange" {
         from_value: f64,
         to_value: f64,
-        /// The step between values; 0 for none.
+        /// The step between values; 0 if every value within the bounds is valid.
         step: f64,
     }
 }
@@ -61,7 +61,7 @@ message! {
     IntegerRange = "rcl_interfaces/msg/IntegerRange" {
         from_value: i64,
         to_value: i64,
-        /// The step between values; 0 for none.
+        /// The step between values; 0 if every value within the bounds is valid.
         step: u64,
     }
 }
@@ -86,19 +86,19 @@ message! {
     }
 }
 message! {
-    /// The values, in the order of the requested names.
+    /// The values of parameters, in the order of the requested names.
     Values = "rcl_interfaces/srv/GetParameters_Response" {
         values: Vec<ParameterValue>,
     }
 }
 message! {
-    /// The types, in the order of the requested names.
+    /// The types of parameters, in the order of the requested names.
     Types = "rcl_interfaces/srv/GetParameterTypes_Response" {
         types: Vec<u8>,
     }
 }
 message! {
-    /// The descriptors, in the order of the requested names.
+    /// The descriptions of parameters, in the order of the requested names.
     Descriptors = "rcl_interfaces/srv/DescribeParameters_Response" {
         descriptors: Vec<ParameterDescriptor>,
     }
@@ -110,19 +110,19 @@ message! {
     }
 }
 message! {
-    /// The results, one per parameter.
+    /// The results of a call that sets parameters, one per parameter.
     Results = "rcl_interfaces/srv/SetParameters_Response" {
         results: Vec<SetParametersResult>,
     }
 }
 message! {
-    /// One result for all parameters.
+    /// The result of a call that sets all parameters or none.
     AtomicResult = "rcl_interfaces/srv/SetParametersAtomically_Response" {
         result: SetParametersResult,
     }
 }
 message! {
-    /// The parameters to list.
+    /// A request to list parameters.
     ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
         /// The prefixes below which names are listed; empty for all names.
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
@@ -149,7 +149,7 @@ service! {
     ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse
 }
 service! {
-    /// Gets values. If the values are too long for a reply, the reply has none, as with rclcpp's nodes.
+    /// Gets values. If they are too long for a reply, the reply has no values, as with rclcpp's nodes.
     GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_bytes, _room| Values::default()
 }
 service! {

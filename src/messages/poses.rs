@@ -2,7 +2,7 @@
 
 use crate::messages::{Point, Pose, Quaternion};
 
-/// A pose as numbers: x y z \[m\], then qx qy qz qw.
+/// The position and the quaternion of a pose: x y z \[m\], then qx qy qz qw.
 pub type PoseNumbers = [f64; 7];
 
 impl From<PoseNumbers> for Pose {

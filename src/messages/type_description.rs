@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 message! {
-    /// The type to describe.
+    /// A request to describe a type.
     GetTypeDescriptionRequest = "type_description_interfaces/srv/GetTypeDescription_Request" {
         /// The name of the type: `package/msg/Name`.
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -19,7 +19,7 @@ message! {
     }
 }
 message! {
-    /// The description of a type.
+    /// The response: the description of a type, or the reason why there is none.
     GetTypeDescriptionResponse = "type_description_interfaces/srv/GetTypeDescription_Response" {
         /// Whether the type is known.
         successful: bool,
@@ -97,7 +97,7 @@ message! {
 }
 
 impl GetTypeDescriptionResponse {
-    /// Creates an answer without a description.
+    /// Creates the response to a request that failed.
     pub fn failed(why: String) -> Self {
         Self { failure_reason: why, ..Self::default() }
     }

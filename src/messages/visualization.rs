@@ -115,7 +115,7 @@ message! {
     /// A handle of an interactive marker.
     InteractiveMarkerControl = "visualization_msgs/msg/InteractiveMarkerControl" {
         name: String,
-        /// The rotation that turns x to the axis along which or about which the handle moves.
+        /// The rotation that turns x to the handle's axis. The handle moves along this axis, or rotates about it.
         orientation: Quaternion,
         orientation_mode: u8,
         /// How the handle moves: [`MOVE_AXIS`](Self::MOVE_AXIS), [`ROTATE_AXIS`](Self::ROTATE_AXIS) or others.

@@ -3,7 +3,8 @@
 
 use crate::ros::{Environment, LogLevel, Logging, Node, Reach, Resolver, RosArgs, Session};
 
-/// Runs the test again in a network namespace that has only loopback. Returns false inside the namespace.
+/// Runs the test called `test` again, in a process whose network namespace has only loopback. Returns true after that run has
+/// passed. Returns false inside the namespace, where the test must do its work.
 pub fn outside(test: &str) -> bool {
     const INSIDE: &str = "DQ_SERVO_TEST_IN_A_NAMESPACE";
     if std::env::var_os(INSIDE).is_some() {
@@ -27,7 +28,7 @@ pub fn node(name: &str) -> (Session, Node) {
     (session, node)
 }
 
-/// Opens a session with its own participant.
+/// Opens a session, with a participant of its own, in domain 7 on this host only.
 pub fn session() -> Session {
     let environment = Environment::new(7, Reach::Localhost);
     Session::open(&environment).unwrap()

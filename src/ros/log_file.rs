@@ -1,4 +1,4 @@
-//! Writes lines to a log file in ROS 2's log folder, as every C++ and Python node does.
+//! Writes lines to a log file in ROS 2's log folder, where C++ and Python nodes also write theirs.
 
 use crate::stderr::{self, Queue};
 use std::fs::{File, create_dir_all};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// The queue of the log file, once there is a line to write; `None` if the file cannot be created.
+/// The queue of lines for the log file. The first line creates it. `None` if the file cannot be created.
 static QUEUE: OnceLock<Option<Queue>> = OnceLock::new();
 
-/// Queues a line for the file. Never blocks. If the file cannot be created, stderr says so once.
+/// Queues a line for the file. Never blocks. If the file cannot be created, one warning appears on stderr.
 pub fn line(text: String) {
     let queue =
         QUEUE.get_or_init(|| open().map_err(|why| stderr::line(format!("warning: no log file: {why}"))).ok());

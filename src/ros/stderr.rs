@@ -1,9 +1,8 @@
 //! Writes lines to stderr on its own thread.
 //!
 //! A terminal stopped by ctrl-S, or a pipe that nobody reads, can block a write forever. A closed pipe or a full disk makes the
-//! write fail.
-//! Therefore lines are queued here, which never blocks. Lines that do not fit into the queue or cannot be written are lost. Once
-//! writing works again, the number of lost lines is written instead.
+//! write fail. Therefore callers only queue their lines, which never blocks. Lines that do not fit into the queue or cannot be
+//! written are lost. Once writing works again, one line gives the number of lost lines.
 
 use std::io::{Result, Write};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::SeqCst};
@@ -11,13 +10,13 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
-/// The largest number of lines that wait.
+/// The largest number of lines in a queue.
 const CAPACITY: usize = 1024;
 
 /// How often [`flush`] checks the queue.
 const RETRY: Duration = Duration::from_millis(5);
 
-/// The sending end of the queue. It never blocks.
+/// The sending end of a queue of lines, which another thread writes.
 pub(crate) struct Queue {
     lines: SyncSender<Line>,
     counts: Arc<Counts>,
@@ -25,7 +24,7 @@ pub(crate) struct Queue {
 
 struct Line {
     text: String,
-    /// The number of lines lost since the previous line.
+    /// The number of lines that were lost between the previous line and this one.
     lost: u64,
 }
 
@@ -44,7 +43,7 @@ static QUEUE: LazyLock<Option<Queue>> = LazyLock::new(|| Queue::start("stderr", 
 pub fn line(text: impl Into<String>) {
     match &*QUEUE {
         Some(queue) => queue.line(text.into()),
-        // If not even this thread can be created, the line is probably the program's last.
+        // Without its thread there is no queue, so this write may block. The line is probably the program's last.
         None => drop(writeln!(std::io::stderr(), "{}", text.into())),
     }
 }
@@ -55,7 +54,7 @@ pub fn flush(patience: Duration) -> bool {
 }
 
 impl Queue {
-    /// Creates a queue of lines, and the thread called `name` that writes them.
+    /// Creates a queue of lines, and the thread called `name` that writes the lines to `to`.
     ///
     /// # Errors
     /// The operating system's error if it creates no thread.
@@ -130,7 +129,7 @@ mod tests {
     use std::io::{Error, ErrorKind};
     use std::sync::{Mutex, MutexGuard};
 
-    /// A terminal that works, is stopped, or is broken.
+    /// A fake terminal that works, is stopped, or is broken.
     #[derive(Clone, Default)]
     struct Terminal {
         text: Arc<Mutex<String>>,
@@ -184,7 +183,7 @@ mod tests {
         assert!(queue.flush(SOON));
         let text = terminal.hold().clone();
         let lines: Vec<_> = text.lines().collect();
-        // The report may stand in two places if the writer starts only when the queue is full.
+        // If the writer takes its first line only when the queue is full, the lost lines are reported in two places.
         let lost = lines.iter().filter_map(|line| line.strip_prefix("... ")?.strip_suffix(" lines lost"));
         let lost: usize = lost.map(|count| count.parse::<usize>().unwrap()).sum();
         let written = lines.iter().filter(|line| line.parse::<usize>().is_ok()).count();

@@ -1,4 +1,4 @@
-//! The answers to a browser's requests.
+//! Answers to the requests of browsers.
 
 use serde::Serialize;
 
@@ -27,7 +27,8 @@ impl Answer {
         self.frame(None)
     }
 
-    /// Returns the JSON message with the answer to the request `id`; `None` if the browser's message was not a valid request.
+    /// Returns the JSON message with this answer to the request number `id`. `id` is `None` if the answer is for all browsers, or
+    /// if the browser's message was not a valid request.
     pub(super) fn frame(&self, id: Option<u32>) -> String {
         serde_json::json!({ "answer": { "id": id, "ok": self.ok, "text": self.text } }).to_string()
     }

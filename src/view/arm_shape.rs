@@ -14,7 +14,7 @@ const GREY: Rgb = [0.78, 0.8, 0.82];
 /// The size of the smallest detail, as a fraction of the arm's reach.
 const CELL: f64 = 1e-3;
 
-/// The largest number of triangles. No robot's description has more. Further triangles are left out.
+/// The largest number of triangles. Real robots have fewer. Further triangles are left out.
 const MOST: usize = 1_000_000;
 
 /// The triangles of the arm, and the reasons why some shapes could not be read.
@@ -39,13 +39,13 @@ pub(super) struct Model {
 }
 
 impl ArmShape {
-    /// Returns the shapes of the description; `None` if it has no shapes.
+    /// Returns the shapes of the description; `None` if it has no shapes or cannot be read.
     pub fn of(model: &Model) -> Option<Self> {
         let Model { text, frames: [base, tool], chain, file } = model;
         let description = Description::read(text, base, tool).ok()?;
         let links = description.places(chain).ok()?;
-        // If the text differs from the file, the description came from elsewhere. Then its relative names do not refer to the
-        // file's folder.
+        // If the text differs from the file, the description came from elsewhere. Then relative file names in the text do not refer
+        // to the file's folder.
         let read = |file: &&PathBuf| text_file::read(file, LONGEST_DESCRIPTION as u64);
         let file = file.as_ref().filter(|file| read(file).is_ok_and(|own| own == *text));
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
@@ -85,9 +85,9 @@ impl ArmShape {
         }
     }
 
-    /// Returns the data in the page's format: the length of a JSON list, then this list, with the sizes of each surface. Then follow
-    /// the corners and the triangles of one surface after the other. Numbers have 4 bytes, little endian. Each part of the data
-    /// begins at a multiple of 4 bytes.
+    /// Returns the data in the page's format. First comes the length of a JSON list \[bytes\], then the list itself, which has the
+    /// sizes of each surface. The corners and the triangles of each surface follow, surface by surface. Numbers have 4 bytes,
+    /// little endian. Each part of the data begins at a multiple of 4 bytes.
     pub fn bytes(&self) -> Vec<u8> {
         let shown = self.surfaces.iter().enumerate().filter(|(_, surface)| !surface.triangles.is_empty());
         let list = shown.clone().map(|(carrier, surface)| {
@@ -108,7 +108,7 @@ impl ArmShape {
 fn scaled(triangle: &Triangle, scale: &Vector3<f64>) -> Triangle {
     triangle.map(|Corner { place, normal }| {
         let place = Point3::from(place.coords.component_mul(scale));
-        // Normals are divided by the scale, not multiplied. Scales are usually positive.
+        // Dividing the normal by the scale keeps it perpendicular to the scaled surface.
         let normal = normal.component_div(scale).try_normalize(1e-12).unwrap_or(normal);
         Corner { place, normal }
     })

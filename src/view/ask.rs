@@ -13,11 +13,11 @@ pub(super) struct Request {
     pub ask: Ask,
 }
 
-/// A request to the robot. A browser that may only watch cannot send requests.
+/// What a browser can request. A browser that may only watch cannot send requests.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
-    /// Go to a pose in the base frame.
+    /// Go to a pose in the goal frame: the base frame or, for two arms, the left tool's frame.
     Goal {
         /// The position x, y, z \[m\].
         position: [f64; 3],
@@ -44,7 +44,7 @@ pub enum Ask {
     Resume,
     /// Bring the arm to rest, and drop the goal.
     Stop,
-    /// Put a simulated arm back to its start.
+    /// Put the simulated arms back to their start.
     Reset,
     /// Send two simulated arms to the same goal under two laws.
     Race {
@@ -58,7 +58,7 @@ pub enum Ask {
 }
 
 impl Request {
-    /// Reads a text message.
+    /// Parses a request from a text message.
     ///
     /// # Errors
     /// The reason why the text is not a valid request, as a sentence.

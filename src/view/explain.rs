@@ -3,8 +3,8 @@
 use dq_wire::StatusReport;
 use std::time::Duration;
 
-/// Describes what the servo `servo` is doing. `heard` is the last report of the servo, with its age. `two_arms` tells whether there
-/// is a servo for two arms.
+/// Describes what the servo `servo` is doing. `heard` is the last report of the servo, with its age. `two_arms` is true if the
+/// namespace has a servo for two arms.
 pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
     match heard {
         None if two_arms => "the servo that is here has two arms: dq_servo view --dual shows them".to_owned(),
@@ -16,7 +16,7 @@ pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two
     }
 }
 
-/// Replaces the names of services in a text of the servo by the names of the page's buttons.
+/// Replaces the names of services in a servo's text by the names of the page's buttons.
 fn for_people(text: &str) -> String {
     text.replace("call ~/pause with false", "press Resume")
         .replace("~/stop was called", "the arm was stopped")

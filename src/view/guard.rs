@@ -43,7 +43,7 @@ pub(super) struct Guard {
     token: String,
 }
 
-/// The shortest token that a user may choose. Its characters must be valid in an address and a cookie.
+/// The least number of characters in a token that a user chooses.
 pub(super) const SHORTEST_TOKEN: usize = 16;
 
 impl Guard {
@@ -83,8 +83,8 @@ impl Guard {
         self.token.len() == given.len() && difference == 0
     }
 
-    /// Checks the headers of a request, and returns the `Host`. A browser's script always sends its `Origin` when it opens a
-    /// WebSocket. Other programs need not send one.
+    /// Checks the headers of a request, and returns the `Host`. When a script opens a WebSocket, its browser always sends the
+    /// script's `Origin`. Other programs need not send an `Origin`.
     fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
         let host = single(headers, HOST).filter(|host| self.is_ours(host)).ok_or(Refusal::Host)?;
         match headers.contains_key(ORIGIN) {
@@ -134,7 +134,7 @@ fn cookie_name(host: &str) -> String {
     format!("dq_servo_{}", if is_port { port } else { "80" })
 }
 
-/// Returns whether a user may choose this token.
+/// Returns whether a user may choose this token. It must be long enough, and valid in an address and in a cookie.
 pub(super) fn is_usable(token: &str) -> bool {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
     token.len() >= SHORTEST_TOKEN && token.bytes().all(is_plain)

@@ -3,15 +3,16 @@
 use super::robot::Robot;
 use dq_messages::ParameterEvent;
 
-/// The largest number of changes that are stored while parameters are read. A reading that failed ends when the next one begins.
+/// The largest number of changes that are stored while parameters are read. After a failed reading, changes are stored until the
+/// next reading begins.
 const MOST_CHANGES: usize = 1000;
 
 /// The parameters that were read from the servo, with all changes since the start of the reading.
 #[derive(Default)]
 pub(super) struct KnownRobot {
     robot: Option<Robot>,
-    /// The changes since the present reading began. They are applied to the result of the reading, because this result may be
-    /// older.
+    /// The changes since the present reading began; `None` between readings. The changes are applied to the result of the reading,
+    /// because this result may be older.
     since: Option<Vec<ParameterEvent>>,
 }
 

@@ -26,7 +26,7 @@ use tokio::task::JoinSet;
 /// The shortest time between two messages to a browser. A screen needs no more than 50 per second.
 const FRAME: Duration = Duration::from_millis(20);
 
-/// The longest time between two messages to a browser. It applies while nothing is received.
+/// The time between two messages to a browser while nothing is received from the servo.
 const IDLE: Duration = Duration::from_millis(500);
 
 /// The longest time that a service may take.
@@ -56,7 +56,7 @@ struct Shared {
     motion: Mutex<Option<LastMotion>>,
     /// The channel for background tasks.
     tasks: mpsc::Sender<Asked<BackgroundTask>>,
-    /// The notification that the servo has appeared. After it, the servo's parameters are read.
+    /// Notifies the task that reads the parameters when the servo has appeared.
     appeared: Notify,
 }
 
@@ -160,7 +160,7 @@ async fn show(
             if event.node != servo {
                 return;
             }
-            // A state without changes announces a start of the servo.
+            // A message on `~/parameters` without changes announces that the servo has started.
             restarted |= event.changed_parameters.is_empty();
             known.take(event);
             if let Some(robot) = known.robot() {
@@ -181,7 +181,7 @@ async fn show(
     }
 }
 
-/// Writes the servo's other markers when they change.
+/// Writes the message with the servo's markers whenever the markers change.
 async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc<str>>) {
     loop {
         let frame: Arc<str> = markers::frame(&drawn.next().await).into();
@@ -193,7 +193,8 @@ async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc
     }
 }
 
-/// Writes the shape of the arm from the servo's robot description. For two arms the page draws its own shape.
+/// Writes the shape of the arm from the servo's robot description. Does nothing for two arms, because the page then draws shapes of
+/// its own.
 async fn show_arm_shape(
     shared: Arc<Shared>,
     descriptions: Subscription<StringMessage>,
@@ -225,7 +226,7 @@ async fn show_arm_shape(
     }
 }
 
-/// Reads the servo's parameters whenever the servo has appeared.
+/// Reads the servo's parameters whenever the servo has appeared. Tries again until this succeeds.
 async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sender<Arc<str>>) {
     loop {
         shared.appeared.notified().await;
@@ -253,8 +254,8 @@ impl Shared {
         locked(&self.known)
     }
 
-    /// Returns whether the servo in the namespace is one for two arms. Does not wait, so a servo that is not yet discovered does
-    /// not count.
+    /// Returns whether the namespace has a servo for two arms, although this page is for one arm. Does not wait, so a servo that is
+    /// not yet discovered does not count.
     fn has_two_arms(&self) -> bool {
         if self.kind == ServoKind::TwoArms {
             return false;
@@ -320,7 +321,7 @@ impl Shared {
     }
 
     fn send_goal(&self, position: [f64; 3], orientation: [f64; 4]) -> Answer {
-        // The servo would reject the goal too, but reports that only in its status.
+        // The servo would also reject an invalid goal, but would not report this to the browser that sent it.
         if let Err(why) = servo::Goal::new(position, orientation, "", "") {
             return Answer::refused(why);
         }
@@ -333,7 +334,7 @@ impl Shared {
         Answer::done("goal sent")
     }
 
-    /// Publishes a twist in the goal frame. The servo's status tells whether the twist moves the arm.
+    /// Publishes a twist in the goal frame. The servo's status shows whether the twist moves the arm.
     fn jog(&self, linear: [f64; 3], angular: [f64; 3]) -> Answer {
         if self.twists.readers() == 0 {
             return Answer::refused(format!("no servo subscribes to {}", self.twists.topic()));
@@ -368,7 +369,7 @@ impl Shared {
         self.client(&self.pause, self.kind.node_name(), "pause").await
     }
 
-    /// Resets the simulated arms. Returns the reason if a reset fails.
+    /// Resets the simulated arms one by one. Stops at the first reset that fails, and returns its reason.
     async fn reset(&self) -> Result<Answer, RosError> {
         let mut answer = Answer::refused("there is no arm");
         for arm in self.kind.arms() {

@@ -20,7 +20,7 @@ pub struct Race {
     pub start: Vec<f64>,
     /// The goal of both arms in the base frame.
     pub goal: PoseNumbers,
-    /// The parameters of both servos, without the law.
+    /// The parameters of both servos, except that each servo gets its own law from `laws`.
     pub parameters: Vec<(String, Value)>,
 }
 

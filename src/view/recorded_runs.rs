@@ -8,7 +8,7 @@ use dq_runs::{ChangeKind, RecordedRun, Sample};
 use dq_wire::pose_numbers;
 use serde_json::{Value, json};
 
-/// The largest number of samples of each run that a browser gets. A screen has fewer pixels than this.
+/// The largest number of samples of each run that a browser gets. A screen has fewer columns of pixels than this.
 const MOST_SAMPLES: usize = 4000;
 
 /// Returns the runs as a JSON list, for [`Settings::runs`](super::Settings::runs).

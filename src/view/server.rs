@@ -33,8 +33,8 @@ const MOST_GUESTS: usize = 64;
 /// The largest number of sessions.
 const MOST_VIEWERS: usize = 32;
 
-/// A connection without the token is closed after this time, so that browsers with the token soon get a place. A lost packet is
-/// retransmitted within this time.
+/// A connection without the token is closed after this time, so that browsers with the token soon get a place. The time is long
+/// enough to retransmit a lost packet.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 
 /// The time within which a browser must send the head of a request.
@@ -129,7 +129,7 @@ impl Server {
         format!("http://{host}/?token={}", self.shared.guard.token())
     }
 
-    /// Returns whether a browser has begun to watch.
+    /// Returns a receiver whose value becomes true when the first browser begins to watch.
     pub fn watched(&self) -> watch::Receiver<bool> {
         self.shared.watched.subscribe()
     }
@@ -142,7 +142,7 @@ impl Server {
             let stream = match self.listener.accept().await {
                 Ok((stream, _)) => stream,
                 Err(why) => {
-                    // Usually there are no free file descriptors at this time; some will be closed.
+                    // Usually the process has no free file descriptor. A moment later it may have one again.
                     self.shared.complaints.add(&format!("no connection can be taken: {why}"));
                     tokio::time::sleep(Duration::from_millis(100)).await;
                     continue;
@@ -166,13 +166,13 @@ fn reachable(listening: IpAddr) -> IpAddr {
     outward.map_or(Ipv4Addr::LOCALHOST.into(), |address| address.ip())
 }
 
-/// Answers a connection, which occupies `place` until the browser sends the token.
+/// Answers the requests of a connection. The connection occupies `place` until the browser sends the token.
 async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePermit) {
     let admitted = Arc::new(Notify::new());
     let service = TowerToHyperService::new(router(shared.clone(), admitted.clone()));
     let mut conversation = pin!(converse(stream, service));
     tokio::select! {
-        // The browser has either been told the error, or has gone.
+        // The server has answered with an error, or the browser has gone.
         _ = &mut conversation => return,
         () = tokio::time::sleep(STRANGER_TIME) => return,
         () = admitted.notified() => drop(place),
@@ -210,7 +210,7 @@ fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
         .with_state(shared)
 }
 
-/// Refuses requests without a token or from another site.
+/// Refuses requests that lack a valid token or come from another site.
 async fn check(
     State((shared, admitted)): State<(Arc<Shared>, Arc<Notify>)>,
     request: Request,

@@ -33,7 +33,7 @@ pub(super) struct ServoMonitor {
     error: Option<TwistStamped>,
     /// The state of each arm; `None` for an arm from which no joint state was received.
     arms: Vec<Option<ArmState>>,
-    /// Whether the servo is one for two arms.
+    /// Whether the namespace has a servo for two arms, although this monitor is for one arm.
     pub two_arms: bool,
 }
 
@@ -61,7 +61,8 @@ struct ArmState {
 }
 
 impl ServoMonitor {
-    /// Subscribes to the servo `servo` of this kind. The servo's full name is `full_name`.
+    /// Subscribes to the topics of a servo of this kind. `servo` is the servo's name in the node's namespace; `full_name` is its
+    /// fully qualified name.
     pub fn new(node: &mut Node, kind: ServoKind, servo: &str, full_name: String) -> Result<Self, RosError> {
         let (out, incoming) = (Direction::Out, Direction::In);
         let mut joint_states = Vec::new();
@@ -174,7 +175,7 @@ impl ServoMonitor {
         explain(&self.servo, heard, self.two_arms)
     }
 
-    /// Returns a sample in the page's format: the state of the arm, `time` \[s\] after its motion began.
+    /// Returns a sample in the page's format: the present state of the arm, with `time`, the time since its motion began \[s\].
     pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
@@ -193,7 +194,8 @@ impl ServoMonitor {
     }
 
     /// Returns the JSON message that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal
-    /// are in the goal frame. For two arms the goal frame is the frame of the left tool, and `goal_frame` is the tool's pose.
+    /// are in the goal frame. For two arms the goal frame is the frame of the left tool, and `goal_frame` is the pose of the left
+    /// tool.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);
@@ -259,8 +261,8 @@ impl ServoMonitor {
     }
 }
 
-/// Subscribes with best effort to the servo's topic `entry` under the name `topic`. With best effort, no publisher stores samples
-/// for a viewer that does not read, and publishers of any reliability match.
+/// Subscribes with best effort to `topic`. `entry` is the name of this topic in the servo's contract. With best effort, no
+/// publisher stores samples for a viewer that does not read, and publishers of any reliability match.
 fn listen<M: Message>(
     kind: ServoKind,
     node: &mut Node,

@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::{interval, timeout};
 
-/// The largest message from a browser \[bytes\].
+/// The size of the largest message from a browser that is read \[bytes\].
 pub(super) const LARGEST: usize = 16 * 1024;
 
 /// A browser must receive a message within this time. Otherwise the server disconnects it.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
 
-/// The interval at which browsers must show that they are alive.
+/// The interval of pings. A browser answers each ping, which shows that it is alive.
 const PING: Duration = Duration::from_secs(2);
 /// The silence after which a browser is disconnected.
 const SILENCE: Duration = Duration::from_secs(10);
@@ -24,7 +24,7 @@ const SILENCE: Duration = Duration::from_secs(10);
 /// The largest number of requests of one browser that wait for answers.
 const WAITING: usize = 16;
 
-/// A close code of WebSockets (RFC 6455).
+/// The close code of WebSockets (RFC 6455) for a broken protocol.
 const PROTOCOL_ERROR: u16 = 1002;
 
 /// The session has ended.
@@ -63,7 +63,7 @@ impl Session {
         Self { socket, page, drive, complaints, answers: mpsc::channel(WAITING), heard: Instant::now() }
     }
 
-    /// Sends `hello`, and shows the robot until the browser disconnects or is disconnected.
+    /// Sends `hello`, and then shows the robot until the browser leaves or the server disconnects it.
     pub async fn run(mut self, hello: String) {
         if self.send(hello).await.is_err() {
             return;
@@ -118,7 +118,7 @@ impl Session {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
             Some(Err(why)) => {
                 let reason = "this is not a message of the protocol, or it is too large".into();
-                // A browser that has just disconnected has not broken a rule, and cannot receive the message.
+                // If the browser has just disconnected, this fails: then nobody has broken a rule, and no complaint is logged.
                 self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await?;
                 self.complaints.add(&format!("a browser broke the protocol: {why}"));
                 Err(Gone)

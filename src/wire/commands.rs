@@ -1,10 +1,10 @@
-//! Commands to an arm as messages. Their topic and type depend on the arm's controller.
+//! Commands to an arm, as messages. Topic and message type depend on the arm's controller.
 
 use dq_core::servo::Interface;
 use dq_messages::messages::*;
 use std::time::Duration;
 
-/// The mark of a guard's commands. By this mark, guards and servos can tell a guard's commands from a servo's.
+/// The mark of a guard's commands. By this mark, guards and servos distinguish a guard's commands from those of a servo.
 const GUARD: &str = "guard";
 
 /// Returns the topic of the commands to an arm with this interface: the default topic of ros2_control's controller for the
@@ -17,12 +17,12 @@ pub fn command_topic(interface: Interface) -> &'static str {
     }
 }
 
-/// Creates a command of velocities [rad/s] or positions \[rad\], one per joint.
+/// Creates a command of velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], one per joint.
 pub fn command_array(numbers: Vec<f64>) -> Float64MultiArray {
     Float64MultiArray { layout: MultiArrayLayout::default(), data: numbers }
 }
 
-/// Creates a trajectory of one point: the `joints` should be at `positions` \[rad\] after `time`.
+/// Creates a trajectory of one point: the `joints` should be at `positions` \[rad, prismatic: m\] after `time`.
 pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Duration) -> JointTrajectory {
     let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
     JointTrajectory { header: Header::default(), joint_names: joints, points: vec![point] }
@@ -30,7 +30,7 @@ pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Durati
 
 /// A command that can be overwritten without allocating.
 pub trait Rewrite {
-    /// Overwrites the numbers of the command. The command keeps its length, so there must be as many numbers as before.
+    /// Overwrites the numbers of the command. `numbers` must be as long as the command.
     fn rewrite(&mut self, numbers: &[f64]);
 }
 
@@ -48,10 +48,10 @@ impl Rewrite for JointTrajectory {
 
 /// A command to an arm.
 pub trait Command: Message {
-    /// Returns the velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
+    /// Returns the velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], in the order of the command.
     fn numbers(self) -> Vec<f64>;
 
-    /// Returns the numbers in the order of `joints`. Returns no numbers if the command names other joints.
+    /// Returns the numbers in the order of `joints`; an empty list if the command does not name all these joints.
     fn in_order(&self, joints: &[String]) -> Vec<f64>;
 
     /// Returns whether a guard has sent the command.

@@ -1,8 +1,8 @@
 //! The record for replay on `~/events`: what the servo received, in the order of processing, and what it sent.
 //!
-//! A message has some consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
-//! time \[ns\], each [`Recorded`] as a `Some`, then a `None`, and then the output. So the servo can write each event at once, without
-//! knowing how many more events will follow.
+//! A message contains one or more consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its
+//! number and time \[ns\], each [`Recorded`] as a `Some`, then a `None`, and then the output. So the servo can write each event at
+//! once, without knowing how many more events will follow.
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// The size of the longest message that is read \[bytes\], which is eight times that of a message with all parameters. Decoding a
+/// The size of the longest message that is read \[bytes\]: eight times the size of a message with all parameters. Decoding a
 /// message takes up to fifty times its size in memory.
 const LONGEST: usize = 4 << 20;
 
@@ -22,7 +22,7 @@ const LONGEST: usize = 4 << 20;
 pub struct CycleRecord<'a> {
     /// The number of the cycle. Consecutive cycles have consecutive numbers.
     pub number: u64,
-    /// The time of the cycle.
+    /// The time of the cycle, by the cycle's clock.
     pub now: Duration,
     /// The events in the order of processing.
     pub events: Vec<Recorded<'a>>,
@@ -31,7 +31,7 @@ pub struct CycleRecord<'a> {
     pub output: Option<Vec<f64>>,
 }
 
-/// Parameters that were set, and the live keep-outs.
+/// Values of parameters, and the live keep-outs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordedParameters {
     /// The names and values.
@@ -69,7 +69,7 @@ impl Saved<'_> {
     }
 }
 
-/// An event of a servo, for a record. Unlike an [`Event`], it owns its lists after it was decoded, and it has parameters instead of
+/// An event of a servo in a record. Unlike an [`Event`], a decoded `Recorded` owns its lists, and it has parameters in place of
 /// settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
@@ -80,20 +80,20 @@ pub enum Recorded<'a> {
     Saved(Saved<'a>),
     /// Parameters were set.
     Parameters(RecordedParameters),
-    /// [`Event::Pause`].
+    /// A request to pause or to resume: [`Event::Pause`].
     Pause {
         /// Whether to pause or to resume.
         paused: bool,
-        /// The time since the request was sent.
+        /// The age of the request on arrival.
         ago: Duration,
     },
-    /// [`Event::Stop`].
+    /// A request to stop: [`Event::Stop`].
     Stop,
-    /// [`Event::Reconfigure`], with the time since the request was sent.
+    /// [`Event::Reconfigure`], with the age of the request on arrival.
     Reconfigure(Duration),
-    /// [`Event::Found`]: the time of the cycle that asked, the number of starts, and the positions.
+    /// [`Event::Found`]: when the servo asked for the search, the number of starts that the search tried, and the positions found.
     Found(Duration, u32, Option<Cow<'a, [f64]>>),
-    /// [`Event::JointState`].
+    /// A joint state: [`Event::JointState`].
     JointState {
         /// The number of the arm.
         arm: usize,
@@ -108,22 +108,22 @@ pub enum Recorded<'a> {
         /// The age of the joint state by its stamp.
         stamp_age: Option<Duration>,
     },
-    /// [`Event::Listeners`].
+    /// [`Event::Listeners`]: the number of the arm, and whether anyone subscribes to its commands.
     Listeners(usize, bool),
-    /// [`Event::Rival`].
+    /// [`Event::Rival`]: the number of the arm, and whether another publisher sends commands to it.
     Rival(usize, bool),
-    /// [`Event::SpeedScaling`].
+    /// [`Event::SpeedScaling`]: the number of the arm, and the fraction of the commanded speed at which it moves.
     SpeedScaling(usize, f64),
-    /// [`Event::Goal`].
+    /// A goal: [`Event::Goal`].
     #[serde(borrow)]
     Goal(GoalReading<'a>),
-    /// [`Event::GoalMotion`].
+    /// A motion of the goal's frame: [`Event::GoalMotion`].
     #[serde(borrow)]
     GoalMotion(GoalMotion<'a>),
-    /// [`Event::Twist`].
+    /// A twist: [`Event::Twist`].
     #[serde(borrow)]
     Twist(TwistReading<'a>),
-    /// [`Event::Waits`].
+    /// The sender of a goal that waits for its frame: [`Event::Waits`].
     Waits(Sent),
 }
 
@@ -160,7 +160,8 @@ impl<'a> Recorded<'a> {
         })
     }
 
-    /// Returns the event for a servo with these joints. `None` for parameters, and for an arm that the servo does not have.
+    /// Returns the event for a servo with these joints. `None` for parameters and saved states, and for an arm that the servo does
+    /// not have.
     pub fn event(&self, joints: &'a [JointOrder]) -> Option<Event<'_>> {
         let has = |arm: &usize| *arm < joints.len();
         Some(match self {

@@ -37,9 +37,10 @@ pub struct MotionReport {
     pub number: u64,
     /// The outcome so far.
     pub outcome: Outcome,
-    /// The reason for the outcome, if the outcome needs one to be understood.
+    /// The reason for the outcome, unless the outcome explains itself.
     pub why: Option<String>,
-    /// The goal in the servo's own frame: x y z \[m\], then qx qy qz qw. `None` for a rejected goal.
+    /// The goal in the base frame (for two arms, in the left tool's frame): x y z \[m\], then qx qy qz qw. `None` for a rejected
+    /// goal.
     pub goal: Option<PoseNumbers>,
     /// The frame of the goal's message; empty for a rejected goal.
     pub goal_frame: String,
@@ -54,13 +55,13 @@ pub struct MotionReport {
     pub aim: Option<String>,
     /// The gains of the law, as text.
     pub gains: String,
-    /// The controlled pose at the start of the motion.
+    /// The pose that the law controls, at the start of the motion.
     pub start: Option<PoseNumbers>,
-    /// The tool, in the tool frame of the arm.
+    /// The pose of the tool in the arm's tool frame; `None` for the tool frame itself.
     pub tool: Option<PoseNumbers>,
     /// When the motion began, by the clock of the servo's host \[ns since 1970\].
     pub began: Option<i64>,
-    /// Information about another configuration that reaches the goal; empty in bags of earlier versions.
+    /// The name of a [`Reconfiguration`]: whether another configuration reaches the goal. Empty in bags of earlier versions.
     pub reconfiguration: String,
     /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,
@@ -72,7 +73,7 @@ pub struct MotionReport {
     pub cycle_jitter: CycleJitter,
 }
 
-/// The context of a motion from which its report is built.
+/// The data of a motion's report that are not in the [`Motion`].
 #[derive(Default)]
 pub struct MotionContext<'a> {
     /// The law of the motion.
@@ -140,7 +141,7 @@ impl MotionReport {
         }
     }
 
-    /// Returns the name of the law. For two arms, adds the name of the components that the law controls.
+    /// Returns the name of the law, followed by the name of the components that the law controls, if there is one.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }

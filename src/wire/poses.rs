@@ -4,7 +4,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{Point, Pose, Transform, Vector3};
 
-/// Returns the numbers of a pose.
+/// Returns the position and the quaternion of a pose as numbers.
 pub fn pose_numbers(pose: &UnitDualQuaternion) -> PoseNumbers {
     let (t, r) = (pose.translation(), pose.rotation());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]

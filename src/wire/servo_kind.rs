@@ -69,7 +69,7 @@ impl ServoKind {
         self == Self::OneArm
     }
 
-    /// Returns a parameter by which the node can be recognized: no other node of this program has it.
+    /// Returns a parameter by which the node can be recognized, because no other kind of node in this program has it.
     pub fn own_parameter(self) -> &'static str {
         match self {
             Self::OneArm => "gains.diffc",
@@ -77,7 +77,7 @@ impl ServoKind {
         }
     }
 
-    /// Returns the prefix of each arm's topics.
+    /// Returns the prefixes of the arms' topics, one for each arm.
     pub fn arms(self) -> &'static [&'static str] {
         match self {
             Self::OneArm => &[""],

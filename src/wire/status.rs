@@ -13,7 +13,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// The content of `~/status` that readers need.
+/// The part of a message on `~/status` that readers need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatusReport {
     /// The state.
@@ -37,9 +37,9 @@ pub struct StatusReport {
     pub reason: Option<String>,
     /// The name of the joint stopped by its position limit.
     pub joint_at_limit: Option<String>,
-    /// The distance between the two nearest parts \[m\]; `None` if constraints are off or nothing is near.
+    /// The distance of the nearest pair in the scene \[m\]; `None` if constraints are off or nothing is near.
     pub clearance: Option<f64>,
-    /// Information about another configuration that reaches the goal; `None` in bags of earlier versions.
+    /// The name of a [`Reconfiguration`]: whether another configuration reaches the goal. `None` in bags of earlier versions.
     pub reconfiguration: Option<String>,
     /// The figures of the motion; `None` until the first joint state.
     pub figures: Option<Figures>,
@@ -89,7 +89,7 @@ pub struct ServoReport<'a> {
     pub smallest_singular_value: f64,
     /// The time of the last cycle.
     pub now: Duration,
-    /// The publisher of the last request, if it was a message.
+    /// The publisher of the last request, if the request was a message.
     pub asker: Option<String>,
     /// The status of the last cycle.
     pub status: &'a Status,
@@ -103,7 +103,7 @@ pub struct ServoReport<'a> {
 pub struct Reported<'a> {
     /// The node's name.
     pub node: &'a str,
-    /// Whether the arms have guards.
+    /// Whether guards are running, which stop the arms if the servo is killed.
     pub guard: GuardState,
     /// A text about the keep-outs and keep-ins that the servo does not obey, and why.
     pub not_obeyed: Option<String>,
@@ -178,7 +178,8 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Returns who requested motion and what last revoked the request, each with the time since then \[s\].
+    /// Returns whether there is consent, who last requested motion, and what last revoked consent. The latter two come with the
+    /// time since then \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);
@@ -234,7 +235,8 @@ impl KeyValues {
         }
     }
 
-    /// Returns the status of the component `name` with this `message` and these values. `warns` tells whether its level is WARN.
+    /// Returns the status of the component `name` with this `message` and these values. The level is WARN if `warns` is true,
+    /// otherwise OK.
     pub fn status(self, warns: bool, name: &str, message: String) -> DiagnosticStatus {
         let (level, hardware_id) = (u8::from(warns), String::new());
         DiagnosticStatus { level, name: name.to_owned(), message, hardware_id, values: self.list }
@@ -242,7 +244,7 @@ impl KeyValues {
 }
 
 impl StatusReport {
-    /// A servo that is silent for longer than this has ended.
+    /// A servo that is silent for longer than this counts as ended.
     pub const SILENCE: Duration = Duration::from_secs(2);
 
     /// Reads a status message. `None` if it is not from a servo.
@@ -271,7 +273,7 @@ impl StatusReport {
 }
 
 impl StatusReport {
-    /// Returns the name of the law. For two arms, adds the name of the components that the law controls.
+    /// Returns the name of the law, followed by the name of the components that the law controls, if there is one.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }

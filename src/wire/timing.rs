@@ -13,7 +13,7 @@ pub struct CycleTiming {
 /// The distribution of a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpreadFigures {
-    /// The median. The median and the two quantiles may be up to 1 % too long.
+    /// The median. Like the two quantiles below, it may be up to 1 % too long.
     pub median: Duration,
     /// The 99 % quantile.
     pub p99: Duration,
@@ -76,7 +76,7 @@ const RATIO: f64 = 1.01;
 /// The end of the first bin \[s\].
 const FIRST: f64 = 1e-7;
 
-/// Number of bins, which is enough for an hour.
+/// The number of bins. The last bin ends at one hour.
 const BINS: usize = 2444;
 
 impl Default for Spread {

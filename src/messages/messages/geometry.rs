@@ -44,7 +44,7 @@ message! {
     }
 }
 message! {
-    /// Two vectors: a linear one [m or m/s], and an angular one [rad or rad/s].
+    /// A linear velocity [m/s] and an angular velocity [rad/s]. In a pose error, the two vectors are in [m] and [rad].
     Twist = "geometry_msgs/msg/Twist" {
         linear: Vector3,
         angular: Vector3,
@@ -58,7 +58,7 @@ message! {
     }
 }
 message! {
-    /// The position and the orientation of a child frame.
+    /// The position and the orientation of a child frame in its parent frame.
     Transform = "geometry_msgs/msg/Transform" {
         /// Translation \[m\].
         translation: Vector3,
@@ -66,7 +66,7 @@ message! {
     }
 }
 message! {
-    /// A transform from `header.frame_id` to `child_frame_id`.
+    /// The pose of the frame `child_frame_id` in the frame `header.frame_id`.
     TransformStamped = "geometry_msgs/msg/TransformStamped" {
         header: Header,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]

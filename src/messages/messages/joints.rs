@@ -28,7 +28,7 @@ message! {
     }
 }
 message! {
-    /// A list of numbers, such as the joint velocity command [rad/s] in the order of the parameter `joints`.
+    /// A list of numbers, such as the commanded joint velocities [rad/s, prismatic: m/s] in the order of the parameter `joints`.
     Float64MultiArray = "std_msgs/msg/Float64MultiArray" {
         layout: MultiArrayLayout,
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
@@ -43,35 +43,35 @@ message! {
     }
 }
 message! {
-    /// Joint names, with positions \[rad\], velocities [rad/s] and efforts. Each of these lists is as long as `name`, or empty.
+    /// The positions, velocities and efforts of the joints in `name`. Each of the other lists is as long as `name`, or empty.
     JointState = "sensor_msgs/msg/JointState" {
         header: Header,
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
         name: Vec<String>,
-        /// Positions \[rad\].
+        /// Positions \[rad, prismatic: m\].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         position: Vec<f64>,
-        /// Velocities [rad/s].
+        /// Velocities [rad/s, prismatic: m/s].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         velocity: Vec<f64>,
-        /// Efforts [N m].
+        /// Efforts [N m, prismatic: N].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         effort: Vec<f64>,
     }
 }
 message! {
-    /// The state of joints at a time. Each list is as long as the trajectory's list of names, or empty.
+    /// The desired state of joints at a time. Each list is as long as the trajectory's list of names, or empty.
     JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
-        /// Positions \[rad\].
+        /// Positions \[rad, prismatic: m\].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         positions: Vec<f64>,
-        /// Velocities [rad/s].
+        /// Velocities [rad/s, prismatic: m/s].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         velocities: Vec<f64>,
-        /// Accelerations [rad/s²].
+        /// Accelerations [rad/s², prismatic: m/s²].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         accelerations: Vec<f64>,
-        /// Efforts [N m].
+        /// Efforts [N m, prismatic: N].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         effort: Vec<f64>,
         time_from_start: DurationMessage,
@@ -89,8 +89,8 @@ message! {
 }
 
 impl JointTrajectory {
-    /// Returns the positions of the last point \[rad\] in the order of `joints`, and when to reach them. `None` if there is no last
-    /// point, or if it has no position for one of the joints.
+    /// Returns the positions of the last point \[rad, prismatic: m\] in the order of `joints`, and the time in which to reach them.
+    /// `None` if the trajectory has no point, or if its last point lacks the position of one of the joints.
     pub fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)> {
         let point = self.points.last()?;
         let position = |joint: &String| {

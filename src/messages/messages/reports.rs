@@ -41,7 +41,7 @@ message! {
     KeyValue = "diagnostic_msgs/msg/KeyValue" {
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         key: String,
-        /// The whole value: a list of numbers must not lose its end.
+        /// The value, which is never cut: a list of numbers must not lose its end.
         value: String,
     }
 }

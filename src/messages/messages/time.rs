@@ -34,7 +34,7 @@ impl Time {
         Self::from_nanoseconds(self.nanoseconds().saturating_sub(age))
     }
 
-    /// Creates a time from nanoseconds since the Unix epoch. An earlier time saturates.
+    /// Creates a time from nanoseconds since the Unix epoch. A time before 1970 or after 2038 saturates.
     pub fn from_nanoseconds(nanoseconds: i64) -> Self {
         let nanoseconds = nanoseconds.max(0).unsigned_abs();
         let (sec, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
@@ -44,7 +44,7 @@ impl Time {
         }
     }
 
-    /// Returns the next representable time.
+    /// Returns the time that is one nanosecond later.
     pub fn plus_a_nanosecond(&self) -> Self {
         match self.nanosec {
             ..999_999_999 => Self { nanosec: self.nanosec + 1, ..*self },
@@ -81,7 +81,7 @@ impl Header {
 }
 
 message! {
-    /// A simulated time.
+    /// The present time of a simulated clock.
     ClockMessage = "rosgraph_msgs/msg/Clock" {
         clock: Time,
     }

@@ -5,7 +5,7 @@ use rustix::net::{AddressFamily, SocketFlags, SocketType, bind, socket_with, soc
 use std::net::{Ipv4Addr, SocketAddrV4};
 use tokio::net::UdpSocket;
 
-/// The address of the group.
+/// The address of the multicast group.
 pub(crate) const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
 /// The position of the sender's GUID prefix in a message \[bytes\]. Protocol, version and vendor precede the prefix.
@@ -50,7 +50,7 @@ pub(super) fn without_multicast(message: &mut [u8]) -> bool {
     // A submessage has a kind, flags and the length of what follows.
     while let Some([kind, flags, low, high]) = four(message, at) {
         let length = usize::from(number([low, high], flags & LITTLE_ENDIAN != 0));
-        // Flags and the offset of the payload after it, a reader, a writer.
+        // DATA continues with extra flags, the distance from the next field to the payload, the reader and the writer.
         let is_announcement =
             kind == DATA && flags & PAYLOAD != 0 && four(message, at + 12) == Some(ANNOUNCER);
         if let Some([_, _, low, high]) = four(message, at + 4).filter(|_| is_announcement) {
@@ -58,7 +58,7 @@ pub(super) fn without_multicast(message: &mut [u8]) -> bool {
             ignore_multicast(message, payload);
             return true;
         }
-        // A length of zero means up to the end.
+        // A length of zero means that the submessage extends to the end of the message.
         if length == 0 {
             return false;
         }
@@ -67,7 +67,8 @@ pub(super) fn without_multicast(message: &mut [u8]) -> bool {
     false
 }
 
-/// Marks the parameters with multicast addresses as ignored. The payload begins with the bytes that name its encoding.
+/// Marks the parameters with multicast addresses as ignored. `payload` is the payload's position in `message`; the payload begins
+/// with the bytes that name its encoding.
 fn ignore_multicast(message: &mut [u8], payload: usize) {
     let Some([_, encoding, ..]) = four(message, payload) else { return };
     let (is_little_endian, mut at) = (encoding & 1 != 0, payload + 4);

@@ -2,7 +2,7 @@
 //!
 //! RustDDS 0.15.1 checks neither the dates of certificates nor whether key and certificate belong together. Without the check of
 //! the dates, a node would continue after its certificate has expired. Without the check of the key, the node would find no peer
-//! and report nothing. Delete this module when test `security` an_enclave_s_own_files_… passes without it.
+//! and report nothing. Delete this module when test `security` an_enclave_s_own_files_… passes without the module.
 
 use openssl::asn1::{Asn1Time, Asn1TimeRef};
 use openssl::error::ErrorStack;
@@ -17,7 +17,8 @@ pub(crate) struct Unusable {
     pub why: String,
 }
 
-/// Checks the files in the folder `enclave`. The files have the names that sros2 gives them. RustDDS checks the signed documents.
+/// Checks the files in the folder `enclave`. The files have the names that sros2 gives them. Of the signed documents, this function
+/// checks only that they can be read; RustDDS verifies them.
 ///
 /// # Errors
 /// [`Unusable`] for the first file that fails.

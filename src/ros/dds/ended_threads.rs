@@ -6,8 +6,8 @@
 //! reporting anything.
 //!
 //! RustDDS also ignores a participant that was lost and is back (`peer_recovery`). In both cases the process must be restarted.
-//! Delete this module when a node that was stopped and continued works again: test `faults` a_servo_frozen_in_motion_… then has
-//! nothing to end.
+//! Delete this module when a node that was stopped and continued works again. Then the servo in test `faults`
+//! a_servo_frozen_in_motion_… no longer ends.
 
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ pub enum NetworkEnd {
         "{0} was not heard for longer than its lease, and with ROS_STATIC_PEERS DDS in this process would not hear its return"
     )]
     Lost(String),
-    /// This host has an address that the participant does not use. This is so if the process was started before the network.
+    /// This host has an address that the participant does not use, for example because the process was started before the network.
     #[error("this host has the new address {0}, by which DDS in this process meets nobody")]
     NewAddress(Ipv4Addr),
 }
@@ -83,7 +83,7 @@ pub(crate) fn end(why: NetworkEnd) {
 pub struct NetworkWatch(Vec<PathBuf>);
 
 impl NetworkWatch {
-    /// Checks now. Returns `Ok` if the operating system does not show the threads.
+    /// Checks once. Also returns `Ok` if the operating system does not list the threads of a process.
     ///
     /// # Errors
     /// [`NetworkEnd`] if DDS does not work any more.
@@ -106,7 +106,7 @@ impl NetworkWatch {
     /// Waits until DDS does not work any more.
     pub async fn ended() -> NetworkEnd {
         let mut watch = Self::default();
-        // A thread gets its name a moment after its start.
+        // One failed check does not count, because a thread gets its name a moment after its start.
         let mut missed = 0;
         loop {
             tokio::time::sleep(Duration::from_millis(100)).await;

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 impl Matches {
-    /// Processes the participant's events forever, and requests the first samples of matched writers. Call this once per
+    /// Processes the participant's events forever, and requests the first sample of each matched writer. Call this once per
     /// participant, because events go to one reader only.
     pub async fn follow(
         self,
@@ -127,7 +127,7 @@ impl Matches {
         }
     }
 
-    /// Warns once about a pair of endpoints that do not match, as soon as the peer's name is known.
+    /// Warns once about a pair of endpoints that do not match. First waits a moment for the peer's name.
     fn warn(&self, state: &mut State, pair: Pair, text: impl FnOnce(&str, &str) -> String + Send + 'static) {
         let Some(OwnEndpoint { topic, warn }) = state.own.get(&pair.ours).cloned() else { return };
         if state.incompatible.contains_key(&pair) {

@@ -3,12 +3,12 @@
 //! `ros2 topic pub --once` publishes about a millisecond after the announcement of its writer, and leaves soon after. In RustDDS
 //! 0.15.1 the announcement passes three queues before the reader knows the writer. A sample that arrives earlier is dropped, and so
 //! is the HEARTBEAT that would announce it again. RustDDS then acknowledges that nothing is missing. Fast DDS sends its next
-//! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal is lost.
+//! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal in the sample is lost.
 //!
 //! Therefore this module requests sample 1 a moment after the reader knows the writer. A writer ignores the request if it has not
 //! published yet, or if its first sample is older than the reader. If the sample has arrived without the request, it arrives twice
 //! and is taken once. Writers of other vendors need no request, because they answer the reader's first acknowledgment at once.
-//! Delete this module when test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without it.
+//! Delete this module when test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without the module.
 
 use super::own_datagrams::{OwnDatagrams, addresses};
 use super::vendor::FAST_DDS;
@@ -21,8 +21,8 @@ use std::time::Duration;
 /// The bits of an entity's kind (the last byte of its GUID) that are zero for entities that a user has created.
 const BUILT_IN: u8 = 0xc0;
 
-/// The time from the match to the request. Fast DDS ignores a request for a sample that its timer still counts as in flight, and
-/// accepts only one request. The publisher stays much longer than this time.
+/// The time from the match to the request. Fast DDS accepts only one request for a sample, and ignores that request while its timer
+/// still counts the sample as in flight. The publisher stays much longer than this time.
 const MOMENT: Duration = Duration::from_millis(20);
 
 /// Sends requests to writers of Fast DDS on behalf of the readers of one participant.
@@ -85,9 +85,9 @@ fn packet(reader: GUID, writer: GUID) -> Vec<u8> {
         // samples that do not exist yet irrelevant.
         &[1, 0, 0, 0],
         &[0, 0, 0, 0x80],
-        // The count. Fast DDS accepts only rising counts: from 1 on before 2.14.1, 2.10.4 and 2.6.10, from 0 on since then. RustDDS
-        // starts with 0. So Fast DDS ignores the next acknowledgment of RustDDS as a repetition of this request, and takes the
-        // later ones.
+        // The count. Fast DDS accepts only rising counts. The first count must be at least 1 before Fast DDS 2.14.1, 2.10.4 and
+        // 2.6.10, and at least 0 since then. RustDDS starts with 0. So Fast DDS ignores the next acknowledgment of RustDDS as a
+        // repetition of this request, and takes the later ones.
         &[1, 0, 0, 0],
     ];
     fields.concat()

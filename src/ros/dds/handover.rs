@@ -2,8 +2,8 @@
 //!
 //! RustDDS 0.15.1 gives a new reader the samples that it still stores for the topic, even if the reader is volatile, so that a
 //! message would be taken twice. Also, ros2-client drains the notifications of RustDDS at each `take`, which costs an allocation
-//! and a system call. Delete this module when volatile readers start with later messages, and the `lib` test
-//! a_cycle_allocates_… passes with `ros2_client::Subscription::take`.
+//! and a system call. Delete this module when a new volatile reader gets only messages that arrive after its creation, and the
+//! `lib` test a_cycle_allocates_… passes with `ros2_client::Subscription::take`.
 
 use futures::Stream;
 use ros2_client::error::{ReadError, ReadResult};
@@ -16,9 +16,10 @@ use std::task::{Context, Poll, Waker};
 /// A subscription of ros2-client that may have replaced another one.
 pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// The replaced subscription has taken the messages that were received up to this time \[ns\].
+    /// The replaced subscription has taken the messages that were received up to this time \[ns\]. Without a replaced subscription,
+    /// `i64::MIN`.
     since: i64,
-    /// The time at which the newest message that was taken was received \[ns\].
+    /// When the newest of the taken messages was received \[ns\].
     newest: AtomicI64,
 }
 
@@ -73,8 +74,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         }
     }
 
-    /// Returns whether the replaced subscription has not taken this sample. RustDDS gives the samples of a topic increasing receive
-    /// stamps, even if the clock is set back.
+    /// Returns whether this sample arrived after the last one that the replaced subscription has taken. RustDDS gives the samples
+    /// of a topic increasing receive stamps, even if the clock is set back.
     fn is_new(&self, (_, info): &Sample<M>) -> bool {
         let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
         self.newest.fetch_max(received, Ordering::Relaxed);
@@ -82,7 +83,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
     }
 }
 
-/// Returns the reason why a message could not be decoded. Formats nothing, because a thousand such messages may arrive in a cycle.
+/// Returns the reason why a message could not be decoded. The text of a failed deserialization is used as it is: a thousand such
+/// messages may arrive in a cycle, and formatting would cost too much.
 fn reason(why: ReadError) -> String {
     match why {
         ReadError::Deserialization { reason } => reason,

@@ -1,9 +1,9 @@
-//! Chooses how many samples RustDDS stores for a topic that is read.
+//! Chooses how many samples of a topic RustDDS stores for its readers.
 //!
-//! RustDDS 0.15.1 stores as many samples of a topic as the largest `max_samples` of the descriptions of the topic, even after the
-//! samples were taken, and regardless of their size (`dds_cache.rs`). So this module keeps `max_samples` small until it knows the
-//! size of the messages. Then it makes the number as large as the memory budget allows. Delete this module when RustDDS drops
-//! samples that every reader has taken.
+//! The number of samples that RustDDS 0.15.1 stores for a topic is the largest `max_samples` among all descriptions of the topic in
+//! this process. RustDDS keeps the samples even after they were taken, and regardless of their size (`dds_cache.rs`). So this
+//! module keeps `max_samples` small until it knows the size of the messages. Then it makes the number as large as the memory budget
+//! allows. Delete this module when RustDDS drops samples that every reader has taken.
 
 use std::collections::VecDeque;
 
@@ -15,8 +15,8 @@ const MOST_SAMPLES: i32 = 10_000;
 /// The memory for the samples of a topic \[bytes\], if messages stay as large as the first ones.
 const ROOM: usize = 32 << 20;
 
-/// If later messages are larger than the first ones, the stored samples may use up to this much memory \[bytes\]. If they need
-/// more, the subscription ends.
+/// The most memory that the stored samples may use if later messages are larger than the first ones \[bytes\]. If they need more,
+/// the subscription ends.
 const LIMIT: usize = 256 << 20;
 
 /// The memory that RustDDS needs for a sample in addition to its payload \[bytes\], measured.
@@ -48,7 +48,7 @@ pub(crate) enum Room {
 }
 
 impl Kept {
-    /// Adds one sample of this size, and returns whether there is memory for more.
+    /// Adds one sample with a payload of this size, and returns whether there is memory for more.
     pub fn take(&mut self, bytes: usize) -> Room {
         let size = bytes + OVERHEAD;
         self.sizes.push_back(size);

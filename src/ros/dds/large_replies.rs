@@ -5,10 +5,10 @@
 //! (`data_frag.rs`: `write_value(&self.inline_qos)` writes the tag of the `Option` too). No vendor can read such a fragment; the
 //! debug build of RustDDS panics.
 //!
-//! Therefore such a reply is sent without RustDDS, as one well-formed DATA submessage of the same writer in one UDP datagram, which
-//! the kernel divides. The submessage has the writer's next sequence number. Under this number RustDDS then writes a reply to
-//! nobody. The client has received the large reply by then, and treats the reply to nobody as a repetition. Other clients receive
-//! only the reply to nobody, so their sequence of numbers has no gap.
+//! Therefore this module sends such a reply without RustDDS, as one well-formed DATA submessage in one UDP datagram, which the
+//! kernel divides. The submessage names the service's reply writer as its writer. It has the writer's next sequence number. Under
+//! this number RustDDS then writes a reply to nobody. The client has received the large reply by then, and treats the reply to
+//! nobody as a repetition. Other clients receive only the reply to nobody, so their sequence of numbers has no gap.
 //!
 //! RustDDS retransmits only what it has written, so the datagram is sent several times. A client that receives none of the copies
 //! has no reply and asks again. Replies to the clients of Cyclone do not need this: they carry the request's identity in the
@@ -61,7 +61,7 @@ pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
     topic: String,
     participant: Weak<DomainParticipant>,
     matches: Matches,
-    /// The sender of our own packets; `None` in a secured graph.
+    /// The sender of our own packets; `None` in a secured graph, or if its socket could not be opened.
     datagrams: Option<Arc<OwnDatagrams>>,
 }
 
@@ -78,14 +78,14 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
         Self { writer, topic, participant: Arc::downgrade(participant), matches, datagrams }
     }
 
-    /// Returns the largest length of a reply \[bytes\].
+    /// Returns the largest length of a reply that can reach a client \[bytes\].
     pub fn room(&self) -> usize {
         if self.datagrams.is_some() { ONE_DATAGRAM } else { ONE_PACKET }
     }
 
     /// Sends `reply`, whose length must be at most [`room`](Self::room), once the client's reader is matched or the wait has timed
-    /// out. `to_nobody` is a reply that no client accepts: if `reply` goes
-    /// out in packets of this module, `to_nobody` takes its place in RustDDS.
+    /// out. `to_nobody` is a reply that no client accepts. If this module sends `reply` in packets of its own, RustDDS writes
+    /// `to_nobody` in place of `reply`.
     ///
     /// # Errors
     /// The reason why the reply could not be sent.
@@ -177,7 +177,8 @@ fn packet(
         &[0x09, 0x01],
         &[8, 0],
         &time,
-        // DATA: kind, flags (little endian, inline QoS, payload), length (zero means up to the end), extra flags, offset of the inline QoS.
+        // DATA: kind, flags (little endian, inline QoS, payload), length (zero if the submessage extends to the end of the
+        // message), extra flags, offset of the inline QoS.
         &[0x15, 0x07],
         &length,
         &[0, 0, 16, 0],

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// Discovery counts as complete if nothing was found for this time.
+/// The time without a newly found participant or reader after which discovery counts as complete.
 const QUIET: Duration = Duration::from_millis(200);
 
 /// How long to wait for a peer's name before a warning is logged without the name.
@@ -74,7 +74,7 @@ impl Matches {
         Self { state: Arc::default(), changed: Arc::default(), owners }
     }
 
-    /// Registers `ours`, one of our endpoints. `warn` logs warnings about its incompatible QoS.
+    /// Registers `ours`, one of our endpoints. `warn` logs warnings about incompatible QoS of this endpoint.
     pub fn register(&self, ours: GUID, topic: &str, warn: Warn) {
         self.lock().own.insert(ours, OwnEndpoint { topic: topic.to_owned(), warn });
     }
@@ -101,7 +101,7 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
     }
 
-    /// Returns for how long `writer` has been known; `None` if it may have existed before this process.
+    /// Returns for how long `writer` has been known; `None` if the writer may have existed before this process.
     pub fn known_for(&self, writer: GUID) -> Option<Duration> {
         self.lock().first_found.elapsed(writer)
     }
@@ -187,7 +187,7 @@ impl Matches {
 }
 
 impl State {
-    /// Forgets remote endpoints that have gone.
+    /// Forgets the endpoints for which `gone` returns true.
     pub fn forget(&mut self, gone: impl Fn(GUID) -> bool) {
         self.pairs.retain(|pair| !gone(pair.remote));
         self.incompatible.retain(|pair, _| !gone(pair.remote));

@@ -1,8 +1,8 @@
-//! Detects that this host has an address that its participant does not use.
+//! Detects that this host has an address that the process's participant does not use.
 //!
 //! RustDDS 0.15.1 uses only the network interfaces that had an address when the participant was created. So a process that was
 //! started before the network meets nobody. Delete this module when participants use new addresses, that is, when test `dds`
-//! a_servo_started_before_the_network_… passes without it.
+//! a_servo_started_before_the_network_… passes without the module.
 
 use super::ended_threads::note_new_address;
 use std::collections::BTreeSet;
@@ -22,7 +22,7 @@ impl UsedAddresses {
     }
 
     /// Waits until this host has an address that the participant does not use, and notes the address. Never returns if the
-    /// operating system does not tell addresses.
+    /// operating system does not list addresses.
     pub async fn watch(self, warn: impl Fn(String)) {
         loop {
             tokio::time::sleep(INTERVAL).await;

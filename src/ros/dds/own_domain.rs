@@ -6,7 +6,8 @@
 use super::ports;
 use std::net::{Ipv4Addr, UdpSocket};
 
-/// The offset of the port that the owner of a domain binds. RTPS 2.5, section 9.6.2.4, leaves the ports 2 to 9 of a domain unused.
+/// The port that the owner of a domain binds, counted from the domain's first port. RTPS 2.5, section 9.6.2.4, leaves the ports 2
+/// to 9 of a domain unused.
 const CLAIM: u16 = 2;
 
 /// A domain on this host that had no participant when it was found. Other `OwnDomain`s avoid the domain until this value is
@@ -18,8 +19,8 @@ pub struct OwnDomain {
 }
 
 impl OwnDomain {
-    /// The domain at which the search starts, because users prefer low domains. The ports of the domains up to this one are below
-    /// the ephemeral ports of Linux (from 32768 on).
+    /// The highest domain that is tried. The search begins here and goes down, because users prefer low domains. The ports of all
+    /// domains up to this one are below the ephemeral ports of Linux (from 32768 on).
     pub(crate) const HIGHEST: u16 = 100;
 
     /// Finds a free domain other than `common`, which others may join at any time. Returns `None` if every domain is in use.

@@ -3,7 +3,7 @@
 //! RTPS pads every sample to four bytes. RustDDS 0.15.1 writes this padding after an encrypted payload, where the receiver (also
 //! RustDDS) expects the signature. So a secured message whose length is not a multiple of four never arrives. Zeros before
 //! encryption avoid this. Without encryption these zeros equal the padding of RTPS. Delete this module when test `security`
-//! the_secured_demo_moves_… passes without it.
+//! the_secured_demo_moves_… passes without the module.
 
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;

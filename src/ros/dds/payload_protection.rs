@@ -1,4 +1,4 @@
-//! Warns of a governance with which this process cannot receive from ROS 2 nodes on Fast DDS.
+//! Warns of a DDS Security governance (`governance.p7s`) under which this process cannot receive from ROS 2 nodes on Fast DDS.
 //!
 //! `data_protection_kind` protects payloads in addition to the submessages that `metadata_protection_kind` protects. Fast DDS then
 //! pads between ciphertext and signature, but RustDDS 0.15.1 takes the last 20 bytes as the signature. So RustDDS cannot read a
@@ -44,7 +44,7 @@ fn protected_topics<'a>(governance: &'a Document, domain: u16) -> Vec<&'a str> {
     protected.filter_map(|topic| text(topic, "topic_expression")).collect()
 }
 
-/// Returns whether a list of domain ids and ranges, which may be open, contains `domain`.
+/// Returns whether a list of domain ids and ranges contains `domain`. A range may lack a bound.
 fn names(domains: Node, domain: u16) -> bool {
     let bound = |range, name| text(range, name).and_then(|number| number.parse::<u16>().ok());
     domains.children().any(|entry| match entry.tag_name().name() {

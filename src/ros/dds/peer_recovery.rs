@@ -8,8 +8,8 @@
 //! rediscovery").
 //!
 //! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open.
-//! Delete this module when lost participants that are back are received again, that is, when test `dds` a_known_peer_that_returns_…
-//! has nothing to end.
+//! Delete this module when RustDDS receives again from lost participants that are back. Then the servo in test `dds`
+//! a_known_peer_that_returns_… no longer ends.
 
 use super::announcement::{SENDER, listen};
 use super::ended_threads::{NetworkEnd, end};
@@ -67,9 +67,9 @@ impl Lost {
         Self { domain, on_loopback, is_secured, has_static_peers, participants: HashMap::new(), socket: None }
     }
 
-    /// Adds a participant that was not heard for the duration of its lease, and starts listening for its return. A process with static
-    /// peers cannot detect every return, because announcements may be unicast to RustDDS. So it ends at once if it has received from
-    /// this participant.
+    /// Adds a participant that was not heard for the duration of its lease, and starts listening for its return. A process with
+    /// static peers cannot detect every return, because announcements may be unicast to RustDDS. So such a process ends at once if
+    /// it has received from this participant.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.has_static_peers && !peer.heard_on.is_empty() {
             return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
@@ -88,7 +88,7 @@ impl Lost {
         self.participants.insert(participant, peer);
     }
 
-    /// Removes `participant`, which is present. Returns its description, if it was lost.
+    /// Removes `participant`, which is present again, from the lost participants. Returns its description if it was among them.
     pub fn remove(&mut self, participant: Prefix) -> Option<Peer> {
         let peer = self.participants.remove(&participant);
         if self.participants.is_empty() {
@@ -115,9 +115,9 @@ impl Lost {
         }
     }
 
-    /// Ends the process if it received from the peer earlier, because RustDDS no longer receives from that peer. If the process
-    /// only sent to the peer, logs a warning, and the peer detects the loss. In a secured graph always logs a warning:
-    /// announcements are not authenticated, so anyone could end the process.
+    /// Ends the process, because RustDDS no longer receives from the peer that is back. Only logs a warning if this process
+    /// received nothing from the peer earlier, or in a secured graph: its announcements are not authenticated, so anyone could end
+    /// the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

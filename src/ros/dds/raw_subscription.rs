@@ -89,7 +89,7 @@ fn nanoseconds(time: Timestamp) -> Option<i64> {
     ROSTime::try_from(time).ok().map(|time| time.to_nanos())
 }
 
-/// A message in plain CDR with its encapsulation header of four bytes. The type also serves as its own adapter and decoder.
+/// A message in plain CDR with its encapsulation header of four bytes. The type is also its own deserializer adapter.
 #[derive(Clone)]
 pub(crate) struct Undecoded(pub(crate) Vec<u8>);
 

@@ -1,16 +1,17 @@
 //! Limits how many samples RustDDS stores for a topic.
 //!
-//! RustDDS 0.15.1 blocks a reliable writer for all readers once `max_samples` (default 8192) wait for one of them, regardless of the
-//! history depth (`writer_send_buffer.rs`). For a transient-local topic it stores that many samples. Delete this module when a writer
-//! respects its history depth and drops readers that do not acknowledge.
+//! RustDDS 0.15.1 blocks a reliable writer for all readers once `max_samples` (default 8192) wait for one of them, regardless of
+//! the history depth (`writer_send_buffer.rs`). For a transient-local topic, RustDDS always stores `max_samples` samples. Delete
+//! this module when a writer respects its history depth and drops readers that do not acknowledge.
 //!
-//! For the readers of a participant, RustDDS stores as many samples of a topic as the largest `max_samples` of the participant's endpoints
-//! on that topic (default 64), even after the samples were taken, and regardless of their size (`dds_cache.rs`).
+//! The number of samples of a topic that RustDDS stores for the readers of a participant is the largest `max_samples` of the
+//! participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
+//! their size (`dds_cache.rs`).
 
 use rustdds::policy::ResourceLimits;
 
-/// The limit for topics that are not latched. With the default limit, a frozen `ros2 topic echo` would stop the commands after 16
-/// s; with this limit, after 200 s at 1 kHz.
+/// The limit for topics that are not latched. With the default limit, a frozen `ros2 topic echo` would stop commands at 1 kHz after
+/// 8 s; with this limit, after 200 s.
 const UNACKNOWLEDGED: i32 = 200_000;
 
 /// The limit for latched topics. A reader that acknowledges none of this many samples blocks the next sample. Readers that join

@@ -1,9 +1,10 @@
 //! A writer that drops messages instead of queueing them behind unsent ones.
 //!
 //! RustDDS 0.15.1 cannot remove queued messages, does not report their number, and limits their number only together with
-//! unacknowledged samples (`pubsub.rs`: `backlog_limit = window_limit`). But RustDDS wakes those who wait for acknowledgments
-//! whenever its thread has sent something (`writer_send_buffer.rs`: `set_sent_frontier`). The `Publisher` of ros2-client shows none
-//! of this. Delete this module when the backlog has its own limit.
+//! unacknowledged samples (`pubsub.rs`: `backlog_limit = window_limit`). But RustDDS wakes every task that waits for
+//! acknowledgments whenever its thread has sent something (`writer_send_buffer.rs`: `set_sent_frontier`), so this module counts the
+//! messages since the last wake-up. The `Publisher` of ros2-client does not give access to this wake-up. Delete this module when
+//! the backlog has its own limit.
 
 use rustdds::dds::CreateResult;
 use rustdds::no_key::DataWriterCdr;
@@ -15,7 +16,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Wake, Waker};
 
-/// The number of messages that may wait for the thread of RustDDS. A command that is older than three periods is obsolete.
+/// The number of messages that may wait for the thread of RustDDS. A command that is older than three control periods is obsolete.
 const MOST_WAITING: u32 = 3;
 
 /// The number of messages that were queued since the thread of RustDDS last sent one.
@@ -28,7 +29,7 @@ impl Wake for Waiting {
     }
 }
 
-/// Writes messages of one type until it is dropped.
+/// A writer of messages of one type. It can drop a message instead of queueing it behind unsent ones.
 pub(crate) struct InTimeWriter<M: Serialize> {
     inner: DataWriterCdr<M>,
     waiting: Arc<Waiting>,
@@ -84,7 +85,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// Blocks a thread until the other end of this gate is dropped. RustDDS's thread wakes the blocked thread at each message.
+    /// A waker that blocks its caller until the other end of the gate is dropped. Its caller is RustDDS's thread, at each message.
     struct Gate {
         entered: Sender<()>,
         opened: Mutex<Receiver<()>>,

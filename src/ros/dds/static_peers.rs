@@ -1,4 +1,4 @@
-//! Sends the multicast packets of a participant also to the hosts in `ROS_STATIC_PEERS`, which multicast need not reach.
+//! Sends the multicast packets of a participant also to the hosts in `ROS_STATIC_PEERS`, which multicast may not reach.
 //!
 //! RustDDS 0.15.1 announces a participant by multicast, and by unicast only to this host. It also prefers multicast for the
 //! endpoints and the data of participants that announce a multicast address. So this module receives the multicast packets of the
@@ -20,13 +20,13 @@ use std::time::Duration;
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-/// The number of participants on a host to which announcements are sent. Each participant has a port of its own.
+/// The number of participants on one host that announcements can reach. Each participant has a port of its own.
 const PARTICIPANTS: u16 = 32;
 
 /// The time between two announcements of the participant.
 const ANNOUNCEMENTS: Duration = Duration::from_secs(3);
 
-/// The interval at which the module checks whether further participants are known.
+/// The interval at which the module checks whether further participants are known, and the longest time for looking up a host.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// The interval at which the module looks up the addresses of the hosts.
@@ -93,7 +93,7 @@ impl StaticPeers {
                 }
                 _ = look_up.tick() => peers.hosts.extend(self.hosts(&mut warned, &warn).await),
                 _ = look.tick() => {
-                    // The last messages of a participant that has ended are sent too.
+                    // Once the participant has ended, the known peers stay, so that they get its last messages.
                     participant.upgrade().iter().for_each(|participant| peers.look(participant));
                 }
                 _ = announce.tick() => {
@@ -116,7 +116,7 @@ impl StaticPeers {
             return self.announce(peers);
         }
         for address in &peers.participants {
-            // Participants receive discovery on the port before that of data, or on the same port.
+            // A participant receives discovery on the port before its data port, or on the data port itself.
             let before = SocketAddr::new(address.ip(), address.port().saturating_sub(1));
             [before, *address].iter().for_each(|address| self.send(message, *address));
         }

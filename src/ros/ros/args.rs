@@ -9,15 +9,15 @@ use thiserror::Error;
 /// An argument that ROS 2 would reject.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ArgsError {
-    /// Not an option of `--ros-args`.
+    /// The argument is not an option of `--ros-args`.
     #[error(
         "unknown ROS argument {0:?}: expected -r, -p, --params-file, --log-level or another option of --ros-args"
     )]
     Unknown(String),
-    /// An option without its value.
+    /// An option lacks its value.
     #[error("{0} needs a value")]
     NoValue(String),
-    /// A malformed value.
+    /// The value of an option is malformed.
     #[error("{option} {value:?}: expected {expected}")]
     Malformed {
         /// The option.
@@ -58,18 +58,18 @@ impl FromStr for LogLevel {
     }
 }
 
-/// `[node:]from:=to`
+/// A remapping rule: `[node:]from:=to`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remap {
     /// The only node to which the rule applies; `None`: all nodes.
     pub node: Option<String>,
-    /// The name to replace, `__ns` or `__node`.
+    /// The name to replace: that of a topic or a service, `__ns` or `__node`.
     pub from: String,
     /// The new name.
     pub to: String,
 }
 
-/// `logger:=level`
+/// The log level of one logger: `logger:=level`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggerLevel {
     /// The logger's name; the rule also applies to the loggers below it.
@@ -78,10 +78,10 @@ pub struct LoggerLevel {
     pub level: LogLevel,
 }
 
-/// A source of parameter values. Of several sources the later one in the command line wins.
+/// A source of parameter values. If several sources set a parameter, the last one wins.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Override {
-    /// `-p [node:]name:=value`
+    /// A parameter on the command line: `-p [node:]name:=value`.
     Parameter {
         /// The only node to which the value applies; `None`: all nodes.
         node: Option<String>,
@@ -90,9 +90,9 @@ pub enum Override {
         /// The value, as YAML.
         yaml: String,
     },
-    /// `--params-file`
+    /// A parameter file on the command line: `--params-file`.
     File(PathBuf),
-    /// A value that the program itself gives. This source is an addition to those of ROS 2.
+    /// A value that the program itself gives. ROS 2 has no such source.
     Value {
         /// The only node to which the value applies; `None`: all nodes.
         node: Option<&'static str>,
@@ -101,7 +101,7 @@ pub enum Override {
         /// The value.
         value: Value,
     },
-    /// A built-in parameter file. This source is an addition to those of ROS 2.
+    /// A built-in parameter file. ROS 2 has no such source.
     Builtin {
         /// The file's name.
         name: &'static str,
@@ -117,7 +117,7 @@ pub struct RosArgs {
     pub remaps: Vec<Remap>,
     /// Parameter overrides in order; the last one wins.
     pub overrides: Vec<Override>,
-    /// The default log level.
+    /// The level of all loggers that have no level of their own.
     pub log_level: Option<LogLevel>,
     /// The log levels of single loggers.
     pub logger_levels: Vec<LoggerLevel>,
@@ -187,7 +187,7 @@ fn remap(text: &str) -> Result<Remap, ArgsError> {
     if from.is_empty() || to.is_empty() {
         return Err(malformed());
     }
-    // `__name` is the older spelling.
+    // `__name` is the older spelling of `__node`.
     let from = if from == "__name" { "__node".to_owned() } else { from };
     Ok(Remap { node, from, to: to.to_owned() })
 }
@@ -222,7 +222,7 @@ fn enclave(name: String) -> Result<String, ArgsError> {
     }
 }
 
-/// `[logger:=]level`
+/// Parses `[logger:=]level`, the value of `--log-level`, into `ros`.
 fn take_log_level(text: &str, ros: &mut RosArgs) -> Result<(), ArgsError> {
     let (logger, level) =
         text.rsplit_once(":=").map_or((None, text), |(logger, level)| (Some(logger), level));

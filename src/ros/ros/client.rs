@@ -1,4 +1,4 @@
-//! Service clients that assign replies to requests as the server's vendor does.
+//! Service clients. Each assigns replies to requests in the way of the server's DDS vendor.
 
 use super::error::RosError;
 use super::graph::{reply_topic, request_topic};
@@ -13,24 +13,24 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// A request is repeated after this time, because the server may have received the first request before it could match our reader
-/// of replies.
+/// The time after which a request is sent again. If the server receives the first request before it has matched our reader of
+/// replies, the reply is lost.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// How often to check for a reply.
+/// The time between two checks for a reply.
 const LOOK: Duration = Duration::from_millis(1);
 
 /// The largest number of replies that are read per check.
 const MOST_REPLIES: usize = 100;
 
-/// A server's endpoints, and how it assigns replies to requests.
+/// The endpoints of a server, and how the server assigns replies to requests.
 pub(super) struct ServerEndpoints {
     request_reader: GUID,
     reply_writer: GUID,
     pub mapping: ServiceMapping,
 }
 
-/// Waits until a server of `service` is discovered.
+/// Waits up to `patience` until a server of `service` is discovered.
 pub(super) async fn find_server(
     participant: &DomainParticipant,
     service: &str,
@@ -67,14 +67,14 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
-/// A client of ros2-client. The node stores the client, and uses it again for the next client of the same service.
+/// A client of ros2-client, which the node stores. All [`Client`]s that the node creates for one service share it.
 ///
-/// In a secured graph, RustDDS stores the keys of only one endpoint for each pair of an own endpoint and a remote participant. So a
-/// second client of a service in one participant gets no answer, even after the first has gone.
+/// They share it because, in a secured graph, a second client of a service in one participant gets no answer, even after the first
+/// client has gone: for each of its endpoints and each remote participant, RustDDS stores the keys of only one remote endpoint.
 pub(super) struct Connection {
     inner: ros2_client::Client<Payload, Payload>,
     mapping: ServiceMapping,
-    /// The lock that a call holds, because a waiting call also takes the replies to other calls.
+    /// Each call holds this lock while it waits, because a waiting call also takes the replies to other calls.
     turn: Mutex<()>,
 }
 
@@ -88,8 +88,8 @@ impl Connection {
         self.mapping == mapping
     }
 
-    /// Repeats `request` until a reply to one of the repetitions arrives, and returns that reply. This polls for replies, because
-    /// ros2-client waits for the reply to one request and drops replies to other requests.
+    /// Repeats `request` until a reply to one of the repetitions arrives, and returns that reply. Polls for replies, because
+    /// ros2-client can only wait for the reply to one request, and then drops all other replies.
     async fn ask<S: ServiceType>(&self, request: &S::Request) -> Result<S::Response, String> {
         let request = encode(&[], request).ok_or("the request cannot be encoded")?;
         let (mut repeat, mut look) = (tokio::time::interval(REPEAT), tokio::time::interval(LOOK));
@@ -166,7 +166,7 @@ mod tests {
     use crate::alone::{node, outside};
     use dq_messages::messages::{SetBool, SetBoolRequest, SuccessResponse};
 
-    /// A time that is longer than the time until a request is repeated.
+    /// How long the server takes to answer: longer than [`REPEAT`], so that the client repeats each request.
     const SLOW: Duration = Duration::from_millis(800);
 
     #[tokio::test(flavor = "multi_thread")]

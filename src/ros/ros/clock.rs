@@ -1,4 +1,4 @@
-//! The clock for a node's stamps: the system's, or the simulated one of `/clock`.
+//! The clock for a node's stamps: the system's clock, or the simulated clock on `/clock`.
 
 use super::error::RosError;
 use super::node::Node;
@@ -15,7 +15,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Creates the clock of `node`, which follows `/clock` if `simulated` is true.
+    /// Creates the clock of `node`. The clock follows `/clock` if `simulated` is true.
     ///
     /// # Errors
     /// [`RosError`].
@@ -34,7 +34,7 @@ impl Clock {
         Ok(Self { simulated: Some(time) })
     }
 
-    /// Returns whether the clock is simulated. A simulated clock does not tell how late a message is.
+    /// Returns whether the clock is simulated. Stamps of a simulated clock do not show how late a message is.
     pub fn is_simulated(&self) -> bool {
         self.simulated.is_some()
     }

@@ -1,4 +1,4 @@
-//! The owners of publishers and subscriptions, from the announcements of all ROS 2 participants on `ros_discovery_info`.
+//! Finds the nodes that own publishers and subscriptions, by the announcements of all ROS 2 participants on `ros_discovery_info`.
 
 use super::error::RosError;
 use super::release::{BUILT_FOR, Release};
@@ -19,15 +19,15 @@ use std::time::Duration;
 /// The number of participants that are remembered. The oldest participant is forgotten first.
 const PARTICIPANTS: usize = 256;
 
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. ros2-client has a type of this name, but that type does not show the endpoints, and
-/// its GIDs have one length only.
+/// The message `rmw_dds_common/msg/ParticipantEntitiesInfo`. The type of this name in ros2-client hides the endpoints, and supports
+/// GIDs of only one length.
 #[derive(Deserialize)]
 struct ParticipantEntitiesInfo<G> {
     gid: G,
     nodes: Vec<NodeEntitiesInfo<G>>,
 }
 
-/// `rmw_dds_common/msg/NodeEntitiesInfo`.
+/// The message `rmw_dds_common/msg/NodeEntitiesInfo`.
 #[derive(Deserialize)]
 struct NodeEntitiesInfo<G> {
     namespace: String,
@@ -68,8 +68,8 @@ fn guid(gid: &impl AsRef<[u8]>) -> [u8; 16] {
     gid.as_ref().first_chunk().copied().unwrap_or_default()
 }
 
-/// Decodes a value that takes all of the bytes, except for padding of less than a word. A GID of the wrong length would leave more
-/// bytes.
+/// Decodes a value of type `V`. Returns `None` if four or more bytes remain, as they do if the GIDs in the bytes are longer than
+/// those of `V`. Fewer bytes are padding.
 fn whole<V: DeserializeOwned>(cdr: &[u8]) -> Option<V> {
     let (header, payload) = cdr.split_first_chunk()?;
     let (value, used) = decode_payload(*header, payload).ok()?;
@@ -118,7 +118,7 @@ impl Owners for EndpointNames {
 pub struct Origin<'a> {
     /// The publisher.
     pub publisher: EndpointId,
-    /// The time at which the message was sent by the sender's clock \[ns since 1970\], if known.
+    /// When the message was sent \[ns since 1970\], by the sender's clock; `None` if unknown.
     pub sent: Option<i64>,
     matches: &'a Matches,
 }
@@ -129,7 +129,7 @@ impl<'a> Origin<'a> {
         Self { publisher, sent: info.source_timestamp().map(|time| time.to_nanos()), matches }
     }
 
-    /// Returns for how long the publisher has been known; `None` if it may have existed before this process.
+    /// Returns for how long the publisher has been known; `None` if the publisher may have existed before this process.
     pub fn known_for(&self) -> Option<Duration> {
         self.matches.known_for(self.publisher.guid())
     }
@@ -152,7 +152,7 @@ pub(super) fn announcements(dds: &DomainParticipant) -> Result<Announcements, Ro
     reader().map_err(|why| RosError::create(TOPIC_NAME)(&why))
 }
 
-/// The names of the nodes in the domain by their endpoints. Only announced nodes are known.
+/// The names of the nodes in the domain, found by the nodes' endpoints. Only announced nodes are known.
 #[derive(Clone, Default)]
 pub struct EndpointNames {
     state: Arc<Mutex<State>>,
@@ -166,7 +166,7 @@ struct State {
 }
 
 impl EndpointNames {
-    /// Returns a description of the endpoint: the name of its node if known, and its GUID.
+    /// Returns a description of the endpoint: its node's name, if known, and its GUID.
     pub fn describe(&self, endpoint: EndpointId) -> String {
         match self.lock().node_of(endpoint) {
             Some(node) => format!("{node} ({endpoint})"),
@@ -219,7 +219,7 @@ impl State {
 mod tests {
     use super::*;
 
-    /// Returns the bytes of an announcement with GIDs of this length, as ROS 2's middleware writes it.
+    /// Returns the bytes of an announcement as ROS 2's middleware writes it, with GIDs of `length` bytes.
     fn announced(length: usize, participant: u8, writer: u8, name: &str) -> Vec<u8> {
         let gid = |byte| [vec![byte; 16], vec![0; length - 16]].concat();
         let name = [(name.len() as u32 + 1).to_le_bytes().as_slice(), name.as_bytes(), &[0]].concat();

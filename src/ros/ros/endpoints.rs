@@ -1,4 +1,4 @@
-//! Creates a node's publishers, subscriptions, servers and clients. ros2-client announces them as endpoints of the node.
+//! Creates a node's publishers, subscriptions, servers and clients. ros2-client announces most of them as endpoints of the node.
 
 use super::endpoint_names::EndpointNames;
 use super::error::RosError;
@@ -23,7 +23,7 @@ use serde::de::DeserializeOwned;
 use std::fmt::Display;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A topic for which an endpoint is created.
+/// An endpoint to create: its topic, message type and QoS.
 #[derive(Clone)]
 pub(super) struct Plan {
     /// The fully qualified name of the topic.
@@ -31,7 +31,7 @@ pub(super) struct Plan {
     /// The message type: `package/msg/Name`.
     pub message: String,
     pub qos: QosPolicies,
-    /// Logs warnings about incompatible QoS of the endpoint.
+    /// The log for warnings about incompatible QoS of the endpoint.
     pub log: Logger,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
     pub matches: Matches,
     pub names: EndpointNames,
-    /// The sender of our own packets; `None` in a secured graph.
+    /// The sender of our own packets; `None` in a secured graph, or if its socket could not be opened.
     pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 
@@ -65,7 +65,7 @@ impl Endpoints {
         Ok(publisher)
     }
 
-    /// Creates a publisher for messages that soon become obsolete. ros2-client does not announce it as the node's publisher.
+    /// Creates a publisher for messages that soon become obsolete. ros2-client does not announce this publisher as the node's.
     pub fn publisher_in_time<M: Serialize>(&self, plan: &Plan) -> Result<InTimeWriter<M>, RosError> {
         let publisher =
             InTimeWriter::new(&self.domain.dds, &self.topic(plan)?).map_err(refused(&plan.name))?;
@@ -84,7 +84,7 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// Creates a subscription to messages of any type. ros2-client does not announce it as the node's subscription.
+    /// Creates a subscription to messages of any type. ros2-client does not announce this subscription as the node's.
     pub fn raw_subscription(
         &self,
         plan: &Plan,
@@ -165,12 +165,12 @@ fn service<S: ServiceType>(name: &str) -> Result<(Name, ServiceTypeName), RosErr
     Ok((Name::parse(name).map_err(refused(name))?, ServiceTypeName::new(package, service)))
 }
 
-/// Returns the QoS of ROS 2 services: reliable, volatile, keep last 10. Writing may wait a moment for room.
+/// Returns the QoS of ROS 2 services: reliable, volatile, keep last 10. Writing may wait a moment until the history has room.
 fn of_services() -> QosProfile {
     QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
 }
 
-/// The number of requests that a service stores. With 10, the service lost requests of a client at 100 Hz while it was busy.
+/// The number of requests that a service stores. With 10, a busy service lost requests of a client that sent them at 100 Hz.
 const REQUESTS: i32 = 32;
 
 /// Returns the QoS of `/parameter_events`: `ParameterEventsQoS` of rclcpp.
@@ -180,7 +180,7 @@ pub(super) fn of_parameter_events() -> QosPolicies {
         .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
         .durability(Durability::Volatile)
         .history(History::KeepLast { depth: DEPTH })
-        // The recorder's participant also reads this topic, and stores as many samples as the writer.
+        // A limit is necessary, because the recorder's participant also reads this topic, and stores as many samples as its writer.
         .resource_limits(sample_limits::of_reader(DEPTH))
         .build()
 }
@@ -231,7 +231,7 @@ pub(super) mod tests {
     use dq_messages::NodeContract;
     use std::collections::BTreeMap;
 
-    /// Returns the contract of a node that publishes and subscribes.
+    /// Returns the contract of the plant, as an example of a node that publishes and subscribes.
     pub fn plant() -> NodeContract {
         let file = include_str!("../../../msg_config/topics.yaml");
         serde_saphyr::from_str::<BTreeMap<String, NodeContract>>(file).unwrap().remove("plant").unwrap()

@@ -31,7 +31,7 @@ pub struct Environment {
     pub static_peers: Vec<String>,
     /// The folder with the keys and permissions of a secured run; `None` for a run without security.
     pub enclave: Option<PathBuf>,
-    /// Warnings about variables that are not obeyed. The first node of the session logs them.
+    /// Warnings about variables that this program does not obey. The first node of the session logs these warnings.
     pub warnings: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ impl Environment {
     ///
     /// # Errors
     /// [`RosError::Environment`] with the variable and its valid values; [`RosError::Security`] if security is requested and the
-    /// enclave does not exist; [`RosError::Name`].
+    /// enclave does not exist; [`RosError::Name`] if the enclave's name is invalid.
     pub fn from_process(args: &RosArgs) -> Result<Self, RosError> {
         for variable in VARIABLES {
             // If an unreadable value were ignored, the process could run unsecured or in the wrong domain.
@@ -60,8 +60,8 @@ impl Environment {
 
     /// Reads the variables through `lookup`. An empty variable counts as unset, as in ROS 2.
     ///
-    /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. `OFF` is refused, because nodes without
-    /// discovery could do nothing.
+    /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. The range `OFF` is refused, because nodes
+    /// without discovery could do nothing.
     ///
     /// # Errors
     /// The errors of [`Environment::from_process`].
@@ -98,7 +98,7 @@ impl Environment {
     }
 
     /// Returns this environment, but in a domain that nobody else on this host uses. The domain is reserved until the returned
-    /// `OwnDomain` is dropped. Warnings about peers and middleware do not apply there.
+    /// `OwnDomain` is dropped. Peers and warnings are left out, because they do not apply to such a domain.
     ///
     /// # Errors
     /// [`RosError::NoNetwork`], and [`RosError::NoFreeDomain`] if every domain is in use.
@@ -128,7 +128,7 @@ impl Environment {
     }
 }
 
-/// The names of all variables that are obeyed.
+/// The names of all variables that this program obeys.
 const VARIABLES: [&str; 8] = [
     "ROS_DOMAIN_ID",
     "ROS_AUTOMATIC_DISCOVERY_RANGE",

@@ -1,4 +1,4 @@
-//! Errors between a node and the ROS graph.
+//! Errors that occur when a node joins or uses the ROS graph.
 
 use crate::dds::ports;
 use thiserror::Error;
@@ -57,18 +57,18 @@ pub enum RosError {
     /// A name is not a ROS 2 name.
     #[error(transparent)]
     Name(#[from] super::names::NameError),
-    /// A sample could not be written.
+    /// A message was not published, because nobody subscribed in time.
     #[error("{topic}: {why}")]
     Write {
         /// The name of the topic.
         topic: String,
-        /// The middleware's message.
+        /// The reason.
         why: String,
     },
     /// The wire contract does not have the requested topic.
     #[error(transparent)]
     Wire(#[from] dq_messages::WireError),
-    /// A service did not answer in time.
+    /// A service did not appear, or gave no valid answer in time.
     #[error("{service}: {why}")]
     Service {
         /// The name of the service.
@@ -97,8 +97,7 @@ impl RosError {
         let what = what.into();
         move |why| {
             let why = why.to_string();
-            // The error message that DDS Security gives for a missing permission. Usually the enclave was made by an earlier
-            // version.
+            // DDS Security answers "not allowed" if a permission is missing. Usually an earlier version has made the enclave.
             let is_refused = why.to_lowercase().contains("not allowed");
             let hint = if is_refused { NOT_PERMITTED } else { "" };
             Self::Create { what, why: why + hint }

@@ -1,4 +1,4 @@
-//! The topics and services of other participants, and nodes that share a name.
+//! Lists the topics and services of other participants, and detects nodes that share a name.
 
 use crate::dds::matches::Matches;
 use dq_messages::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
@@ -33,7 +33,7 @@ pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphT
     topics
 }
 
-/// Returns the services of all other participants. A service has both a request reader and a reply writer.
+/// Returns the services of all other participants. A service counts only if it has both a request reader and a reply writer.
 pub(super) fn services(participant: &DomainParticipant) -> BTreeSet<String> {
     let (readers, writers) = (participant.discovered_readers(), participant.discovered_writers());
     let requests = readers
@@ -101,12 +101,12 @@ fn finite(duration: rustdds::Duration) -> Option<Duration> {
     (duration != rustdds::Duration::INFINITE).then(|| duration.into())
 }
 
-/// Detects nodes that share a name. Every node with parameters has the same parameter service, so this counts the writers of
-/// replies of that service.
+/// Detects nodes that share a name. Every node with parameters serves `list_parameters` under its own name, so this counts the
+/// reply writers of that service.
 pub struct NameWatch {
     matches: Matches,
     reply_topic: String,
-    /// An endpoint of this process.
+    /// The GUID of this process's participant.
     ours: GUID,
     name: String,
     /// The number of nodes in this process that have the name: 1 or 0.
@@ -119,7 +119,7 @@ impl NameWatch {
         Self { matches, reply_topic, ours, name: name.to_owned(), here: usize::from(is_own) }
     }
 
-    /// Returns a warning if discovery knows several nodes with the name.
+    /// Returns a warning if several nodes in the domain have the name.
     pub fn warning(&self) -> Option<String> {
         let count = self.here + self.matches.remote_writers(&self.reply_topic, self.ours);
         (count > 1).then(|| {

@@ -13,7 +13,7 @@ use std::sync::{Arc, LazyLock};
 pub struct Logging {
     /// The least severity that is logged.
     pub level: LogLevel,
-    /// Whether lines go to stderr. ROS 2 calls them "stdout logs" but also writes to stderr.
+    /// Whether lines go to stderr. ROS 2 writes them there too, but calls them "stdout logs".
     pub stderr: bool,
     /// Whether lines go to `/rosout`.
     pub rosout: bool,
@@ -33,7 +33,7 @@ impl Logging {
     }
 }
 
-/// Writes lines of at least a level to their destinations.
+/// A node's log. Drops lines below its level, and writes all others to its destinations.
 #[derive(Clone)]
 pub struct Logger {
     name: Arc<str>,
@@ -98,7 +98,7 @@ impl Logger {
                 msg: text.to_owned(),
                 ..Log::default()
             };
-            // If the queue is full, the line is still on stderr.
+            // If the queue is full, the line is missing on `/rosout` only.
             let _ = ROSOUT.as_ref().is_some_and(|queue| queue.try_send((rosout.clone(), message)).is_ok());
         }
     }
@@ -113,8 +113,8 @@ type RosoutEntry = (Publish, Log);
 /// The largest number of lines that wait for `/rosout`.
 const ROSOUT_CAPACITY: usize = 1024;
 
-/// The queue of the publishing thread. A frozen reader of `/rosout` may block this thread. `None` if the operating system creates
-/// no thread.
+/// The queue of the thread that publishes on `/rosout`. A frozen reader of `/rosout` may block that thread. `None` if the operating
+/// system creates no thread.
 static ROSOUT: LazyLock<Option<SyncSender<RosoutEntry>>> = LazyLock::new(|| {
     let (queue, entries) = sync_channel(ROSOUT_CAPACITY);
     let thread = std::thread::Builder::new().name("rosout".to_owned());

@@ -5,7 +5,7 @@ use chrono::{DateTime, Local};
 use dq_messages::messages::Time;
 use std::sync::LazyLock;
 
-/// The name of the variable with the format of log lines in ROS 2.
+/// The environment variable in which ROS 2 users set the format of log lines.
 const VARIABLE: &str = "RCUTILS_CONSOLE_OUTPUT_FORMAT";
 
 /// The default format: the default of ROS 2, but with the time of day instead of the seconds since 1970.
@@ -50,8 +50,8 @@ impl Entry<'_> {
         line + rest
     }
 
-    /// Returns the value of a token of rcutils. The tokens for the location in the source give an empty text, because the location
-    /// is not known.
+    /// Returns the value of a token of rcutils; `None` for an unknown token. The tokens for the location in the source give an
+    /// empty text, because the location is not known.
     fn value(&self, token: &str) -> Option<String> {
         Some(match token {
             "severity" => format!("{:?}", self.level).to_uppercase(),

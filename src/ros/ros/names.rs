@@ -65,7 +65,7 @@ pub(super) fn join(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// Checks the name of an enclave: `/`, or names after slashes.
+/// Checks the name of an enclave: `/`, or names that each follow a slash.
 pub(super) fn check_enclave(name: &str) -> Result<(), NameError> {
     match name {
         "/" => Ok(()),

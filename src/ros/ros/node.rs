@@ -19,12 +19,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use tokio::task::JoinSet;
 
-/// A ROS 2 node. Its services end when it is dropped.
+/// A ROS 2 node. The node's services end when the node is dropped.
 pub struct Node {
     names: Resolver,
     log: Logger,
     tasks: JoinSet<()>,
-    /// The clients of services that were called.
+    /// The clients that this node has created, by service name.
     clients: HashMap<String, Arc<Connection>>,
     endpoints: Arc<Endpoints>,
     parameter_events: Arc<Publisher<ParameterEvent>>,
@@ -47,8 +47,8 @@ impl Node {
         let endpoints = Arc::new(Endpoints::new(node, domain));
         let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
         let log = Logger::new(&names.logger(), logging);
-        // Every node has this publisher, as in rclcpp. It is created before all others: ros2-client has just created a latched one,
-        // and rosbag2 subscribes to latched messages if all publishers that it finds are latched.
+        // As in rclcpp, every node has this publisher. It comes before all other endpoints, because ros2-client has just created a
+        // latched publisher on the same topic: if rosbag2 found only that one, it would subscribe to latched messages.
         let (topic, qos) = ("/parameter_events".to_owned(), endpoints::of_parameter_events());
         let plan = Plan { name: topic, message: ParameterEvent::TYPE.to_owned(), qos, log: log.clone() };
         let parameter_events = Arc::new(Publisher::new(&endpoints, &plan)?);
@@ -66,7 +66,7 @@ impl Node {
         self.names.node()
     }
 
-    /// Returns the data that this node shares with other nodes.
+    /// Returns the data that the nodes of this participant share.
     pub(super) fn domain(&self) -> &Domain {
         &self.endpoints.domain
     }
@@ -93,8 +93,8 @@ impl Node {
         self.publisher_as(contract.topic::<M>(topic, Direction::Out)?, topic)
     }
 
-    /// Creates a publisher on `topic` with the type and QoS of `entry`, even if the contract's node subscribes to this topic.
-    /// Counterparts of that node need this.
+    /// Creates a publisher on `topic` with the type and QoS of `entry`, even if the contract's node subscribes to this topic. A
+    /// program that talks to the contract's node needs this.
     ///
     /// # Errors
     /// [`RosError`].
@@ -108,7 +108,7 @@ impl Node {
     }
 
     /// Creates a publisher on a topic of the contract, for messages that soon become obsolete: see [`Publisher::publish_in_time`].
-    /// ros2-client does not announce it as the node's publisher.
+    /// ros2-client does not announce this publisher as the node's.
     ///
     /// # Errors
     /// [`RosError`].
@@ -142,8 +142,8 @@ impl Node {
         self.subscription_as(contract.topic::<M>(topic, Direction::In)?, topic)
     }
 
-    /// Creates a subscription to a topic of the contract. The subscription starts as reliable, and becomes best effort once a
-    /// best-effort publisher appears. A best-effort subscription receives from both kinds of publishers.
+    /// Creates a subscription to a topic of the contract. The subscription starts as reliable. Once a best-effort publisher
+    /// appears, the subscription becomes best effort too. Then it receives from both kinds of publishers.
     ///
     /// # Errors
     /// [`RosError`].
@@ -241,7 +241,7 @@ impl Node {
         graph::services(&self.domain().dds)
     }
 
-    /// Watches for other nodes with the fully qualified name `name`. It may be the name of this node.
+    /// Watches for other nodes with the fully qualified name `name`. `name` may be the name of this node.
     pub fn watch_name(&self, name: &str) -> NameWatch {
         let (participant, own) = (self.domain().dds.guid(), self.name().fully_qualified());
         NameWatch::new(self.domain().matches.clone(), participant, name, own == name)
@@ -267,7 +267,7 @@ impl Node {
         let (name, message) = (name.to_owned(), message.to_owned());
         let plan = Plan { name, message, qos: qos(None), log: self.log.clone() };
         let (endpoints, wider) = (Arc::downgrade(&self.endpoints), plan.clone());
-        // RustDDS stores as many samples of a topic as the largest of the topic's descriptions says.
+        // RustDDS obeys the largest of a topic's descriptions, so a further description raises the number of stored samples.
         let keep = move |samples| {
             let more = Plan { qos: qos(Some(samples)), ..wider.clone() };
             let _ = endpoints.upgrade().map(|endpoints| endpoints.topic(&more));
@@ -332,7 +332,7 @@ impl Node {
         Client::connect(connection, name, server, &self.domain().matches, patience).await
     }
 
-    /// Returns this node's client of a service, which is created at the first call.
+    /// Returns this node's client of a service. Creates the client if there is none for `mapping` yet.
     fn connection<S: ServiceType>(
         &mut self,
         name: &str,

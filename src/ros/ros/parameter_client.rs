@@ -15,10 +15,10 @@ const VALUES_AT_ONCE: usize = 8;
 /// The number of descriptions that are requested at once. Descriptions are longer than values.
 const DESCRIPTORS_AT_ONCE: usize = 2;
 
-/// How long to wait for a newer state of a node's parameters after one was received.
+/// How long to wait for a newer state of a node's parameters after each received state.
 const MORE: Duration = Duration::from_millis(100);
 
-/// Calls the parameter services of one node of any vendor.
+/// Calls the parameter services of one node, whose DDS may be of any vendor.
 pub struct ParameterClient<'a> {
     node: &'a mut Node,
     target: String,
@@ -75,8 +75,8 @@ impl<'a> ParameterClient<'a> {
         }
     }
 
-    /// Reads all parameters with their values from `~/parameters`. This is for values that are too long for the reply of a service:
-    /// such a reply is empty.
+    /// Reads all parameters with their values from the other node's `~/parameters`. This is necessary if the values are too long
+    /// for the reply of a service, because that reply is then empty.
     async fn announced(&mut self) -> Result<Vec<(String, Value)>, RosError> {
         let topic = format!("{}/parameters", self.target);
         let mut states = self.node.raw_subscription(&topic, ParameterEvent::TYPE, true, true)?;

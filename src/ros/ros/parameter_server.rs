@@ -10,8 +10,8 @@ use dq_params::{ParameterStore, Value};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Applies a complete set of parameters, which results from the given changes. On success the parameters are in force; otherwise
-/// returns the reason why they are not.
+/// A function that puts a complete set of parameters into force; the second argument lists the changes that led to this set. If the
+/// function fails, the earlier parameters stay in force, and it returns the reason.
 pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), String> + Send + Sync;
 
 /// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked
@@ -39,7 +39,8 @@ struct Current {
 }
 
 impl ParameterServer {
-    /// Serves `store`, which is in force, on `node` until the node is dropped. `apply` applies accepted changes.
+    /// Serves `store` on `node` until the node is dropped. The values in `store` are already in force; `apply` applies accepted
+    /// changes.
     ///
     /// # Errors
     /// [`RosError`].
@@ -109,7 +110,7 @@ impl ParameterServer {
         let mut changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
         let store = current.store.with(&changes).map_err(|why| why.to_string())?;
         changes.retain(|(name, _)| store.declaration(name).is_some_and(|declared| !declared.read_only));
-        // An announcement without changes would announce a start.
+        // Readers of `~/parameters` take a message without changes for the start of a node.
         if changes.is_empty() {
             return Ok(());
         }
@@ -136,7 +137,7 @@ impl ParameterServer {
         ParameterEvent { stamp: current.stamp.clone(), node: self.node.clone(), ..ParameterEvent::default() }
     }
 
-    /// Returns the values; a name that is not declared has an unset value.
+    /// Returns one value for each name. The value is unset if the name is not declared.
     fn get(&self, request: &Names) -> Values {
         let Current { store, .. } = &*self.lock();
         let value = |name: &String| store.get(name).map(ParameterValue::from).unwrap_or_default();
@@ -175,16 +176,17 @@ impl Current {
     }
 }
 
-/// The most parameters that one request sets.
+/// The largest number of parameters that one request can set.
 const MOST_AT_ONCE: usize = 2000;
 
-/// The number of unknown names per request for which a similar name is suggested. The search takes longer than everything else.
+/// The number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer than the
+/// rest of the request.
 const SUGGESTIONS: usize = 16;
 
 /// The largest total length of the reasons in one reply \[bytes\]. Clients on Cyclone hang if a reply is longer than 64 kB.
 const REASONS: usize = 32_000;
 
-/// Returns the results that are sent. A reason that does not fit into the reply is replaced by "…".
+/// Shortens the results so that they fit into a reply: "…" replaces each reason for which [`REASONS`] leaves no room.
 fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
     let mut room = REASONS;
     results
@@ -285,7 +287,7 @@ mod tests {
         assert_eq!(next.changed_parameters.len(), 1, "{:?}", next.stamp);
     }
 
-    /// `ros2 param get` and `set` request several names like this. GetParameters.srv promises one value per name, in order. A
+    /// `ros2 param get` and `set` can request several names in one call. GetParameters.srv promises one value per name, in order. A
     /// search for a suggestion for each of 5000 names took two seconds per request.
     #[tokio::test(flavor = "multi_thread")]
     async fn thousands_of_unknown_names_are_answered_and_delay_no_other_client() {

@@ -1,7 +1,7 @@
 //! The release of ROS 2 that this program was built for.
 //!
 //! Humble and older releases announce nodes on `ros_discovery_info` with GIDs of 24 bytes, later releases with GIDs of 16 bytes.
-//! ros2-client supports one of the two lengths, which is chosen when it is built.
+//! ros2-client supports one of the two lengths, which is chosen when ros2-client is built.
 
 /// A kind of announcement, named after a release that uses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

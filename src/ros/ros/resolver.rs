@@ -49,13 +49,13 @@ impl Resolver {
         &self.node
     }
 
-    /// Returns the name of the node's logger: the node's own name, with dots. `/left/dq_servo` logs as `left.dq_servo`.
+    /// Returns the name of the node's logger: the node's fully qualified name, with dots. `/left/dq_servo` logs as `left.dq_servo`.
     pub(super) fn logger(&self) -> String {
         self.node.fully_qualified().trim_start_matches('/').replace('/', ".")
     }
 
-    /// Returns the level set for the node's logger or, if it has none, for its nearest ancestor that has one. If a logger has two
-    /// levels, the later one counts.
+    /// Returns the level of the node's logger on the command line. If it has none there, the level of the nearest logger above it
+    /// counts. If a logger has two levels, the later one counts.
     pub(super) fn log_level(&self) -> Option<LogLevel> {
         let logger = self.logger();
         let has_it = |above: &str| {
@@ -94,7 +94,8 @@ impl Resolver {
         Ok(expanded)
     }
 
-    /// Expands a name to a fully qualified one: `~`, `{node}`, `{ns}`, relative and absolute names.
+    /// Expands a name to a fully qualified name. The name may be relative, begin with `~`, or contain `{node}`, `{ns}` or
+    /// `{namespace}`.
     fn expand(&self, name: &str, kind: &'static str) -> Result<String, NameError> {
         let error = |why| NameError { name: name.to_owned(), kind, why };
         let fully_qualified = self.node.fully_qualified();

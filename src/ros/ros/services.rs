@@ -2,7 +2,7 @@
 //!
 //! Clients on Fast DDS and RustDDS put the request's identity into the inline QoS of the sample ("enhanced" mapping). Clients on
 //! Cyclone put a header of 16 bytes before the payload, and expect the same header in the reply. A server here distinguishes the
-//! two kinds request by request: payloads are received raw, and a sample from a Cyclone writer is read with the header first.
+//! two kinds request by request. It receives payloads raw, and looks for the header in samples of Cyclone writers.
 
 use super::endpoint_names::Origin;
 use super::log::Logger;
@@ -56,7 +56,7 @@ impl<'de> Deserialize<'de> for Payload {
                 f.write_str("bytes")
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut input: A) -> Result<Payload, A::Error> {
-                // The payload ends with the input, which CDR reports as an error.
+                // The payload ends where the input ends. CDR reports that end as an error.
                 Ok(Payload(std::iter::from_fn(|| input.next_element().ok().flatten()).collect()))
             }
         }
@@ -67,7 +67,7 @@ impl<'de> Deserialize<'de> for Payload {
 /// A service of a node.
 pub(super) struct Service {
     pub name: String,
-    /// A subscription to the requests. The server of ros2-client would not tell when a request was sent.
+    /// A subscription to the requests, because the server of ros2-client does not report when a request was sent.
     pub requests: Subscription<Payload>,
     pub replies: ReplyWriter<Payload>,
     pub matches: Matches,
@@ -120,7 +120,7 @@ impl Service {
         let reply = encode_reply::<S>(&header, response, self.replies.room())?;
         let to_nobody =
             encode(&[0; CYCLONE_HEADER], &S::Response::default()).ok_or("nothing can be encoded")?;
-        // A reply with the request's identity in the header does not need it in the inline QoS.
+        // A reply whose header has the request's identity does not need this identity in the inline QoS.
         let request = header.is_empty().then(|| id.into());
         self.replies.send(Addressee { client: id.writer_gid.into(), request }, reply, to_nobody).await
     }
@@ -130,12 +130,12 @@ impl Service {
 fn request_id(info: &MessageInfo) -> RmwRequestId {
     let own = RmwRequestId { writer_gid: info.publisher_gid(), sequence_number: info.sequence_number() };
     let named = info.related_request_id().unwrap_or(own);
-    // Fast DDS leaves the number unset if it equals the number of the sample.
+    // Fast DDS leaves the request's number unset if this number equals the sample's own.
     let is_left = named.sequence_number == i64::from(SequenceNumber::UNKNOWN);
     if is_left { RmwRequestId { sequence_number: own.sequence_number, ..named } } else { named }
 }
 
-/// Returns the encoded reply. If the reply is too long, returns the substitute that the service defines.
+/// Returns the encoded reply. If the reply exceeds `room` bytes, returns the substitute that the service defines.
 fn encode_reply<S: ServiceType>(
     header: &[u8],
     response: S::Response,
@@ -152,8 +152,8 @@ fn encode_reply<S: ServiceType>(
     encode(header, &excuse).ok_or_else(unencodable)
 }
 
-/// Decodes a request, and returns it with the header of Cyclone's clients, which must precede the reply. For other clients the
-/// header is empty.
+/// Decodes a request. Returns the header that must precede the reply, and the decoded request. The header is empty unless the
+/// client runs on Cyclone.
 fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>, T)> {
     let with_header = is_cyclone(client)
         .then(|| payload.split_at_checked(CYCLONE_HEADER))
@@ -162,8 +162,8 @@ fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>,
     with_header.or_else(|| Some((Vec::new(), decode_all(payload)?)))
 }
 
-/// Decodes a value that fills the payload, apart from padding to four bytes. ros2-client does not tell the byte order, so this
-/// function tries little endian first.
+/// Decodes a value that fills the payload, apart from padding to four bytes. ros2-client does not report the byte order, so this
+/// function tries little endian first, then big endian.
 pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
     [CDR_LE, CDR_BE].into_iter().find_map(|encoding| {
         let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;

@@ -26,8 +26,8 @@ use tokio::sync::Mutex;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::task::JoinHandle;
 
-/// A DDS participant, and its knowledge about others. Requires a tokio runtime. The participant leaves the graph when this value
-/// and its nodes are dropped.
+/// A DDS participant, and what it knows about other participants. Requires a tokio runtime. The participant leaves the graph when
+/// this value and its nodes are dropped.
 pub struct Session {
     tasks: Vec<JoinHandle<()>>,
     context: Context,
@@ -35,7 +35,7 @@ pub struct Session {
     /// Warnings that no node has logged yet.
     warnings: Arc<Mutex<UnboundedReceiver<String>>>,
     _participating: Participating,
-    /// The task that sends to the static peers. It is dropped after the participant.
+    /// The task that sends to the static peers. This field is dropped after the participant.
     _static_peers: Option<ServedPeers>,
 }
 
@@ -101,7 +101,7 @@ impl Session {
         self.domain.matches.is_alone(self.domain.dds.guid())
     }
 
-    /// Creates a node with these names. The node logs the warnings of the session.
+    /// Creates a node with these names. The node logs the warnings of the session, unless an earlier node still does.
     ///
     /// # Errors
     /// [`RosError::Create`].
@@ -113,7 +113,7 @@ impl Session {
         }
         let warnings = self.warnings.clone();
         node.run(async move {
-            // The first node logs all warnings, and the next one those after its end.
+            // The first node logs all warnings until it ends. Then another node goes on.
             let mut warnings = warnings.lock().await;
             while let Some(warning) = warnings.recv().await {
                 log.warn(&warning);
@@ -161,7 +161,8 @@ fn secured_participant(
     Err(RosError::create(what)(&"built without security"))
 }
 
-/// Begins to receive the packets for the static peers; `None` if there are no static peers.
+/// Begins to receive the packets for the static peers. Returns `None` if there are no static peers, or if no packets can be
+/// received.
 fn static_peers(environment: &Environment, warn: impl Fn(String)) -> Option<StaticPeers> {
     let Environment { domain_id, static_peers, .. } = environment;
     let listening = (!static_peers.is_empty()).then(|| StaticPeers::listen(*domain_id, static_peers.clone()));
@@ -171,7 +172,7 @@ fn static_peers(environment: &Environment, warn: impl Fn(String)) -> Option<Stat
 /// Converts the error with which RustDDS refused to create the participant called `what`.
 fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
     match why {
-        // RustDDS also says so of sockets in general.
+        // RustDDS also reports `OutOfResources` for other problems with sockets.
         CreateError::OutOfResources { reason } if reason.contains("ParticipantId") => {
             RosError::no_free_port(domain)
         }
@@ -193,7 +194,7 @@ impl Drop for ServedPeers {
     }
 }
 
-/// How long the tasks of the nodes may take to end.
+/// How long the end of a session waits for the session's tasks.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
 impl Drop for Session {
@@ -244,11 +245,11 @@ mod tests {
         wait_until(false).await;
     }
 
-    /// Runs a node of another vendor's DDS that announces itself with GIDs of this length. Returns the description of its
+    /// Runs a node of another vendor's DDS that announces itself with GIDs of `length` bytes. Returns the description of its
     /// publisher, whether it knows our node, and the warnings that were logged.
     async fn meet(length: usize) -> (String, String, Vec<String>) {
         let session = session();
-        // Not logged by the node.
+        // The test holds this lock, so the node does not take the warnings.
         let mut warnings = session.warnings.clone().lock_owned().await;
         let names = Resolver::new("ours", &RosArgs::default()).unwrap();
         let mut node = session.node(names, Logging::new(&RosArgs::default(), LogLevel::Info)).unwrap();

@@ -20,7 +20,7 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// A message that its publisher may keep.
+/// A message in the [`Arc`] in which the caller passed it.
 struct Shared<M>(Arc<M>);
 
 impl<M: Serialize> Serialize for Shared<M> {
@@ -29,7 +29,7 @@ impl<M: Serialize> Serialize for Shared<M> {
     }
 }
 
-/// The form of a message that is encoded.
+/// The form in which a publisher encodes a message.
 type Outgoing<M> = Padded<Shared<M>>;
 
 /// The DDS writer of a publisher.
@@ -77,14 +77,14 @@ impl<M: Message> Publisher<M> {
         Self { inner, publishing: Publishing { guid, topic, dropped: AtomicU64::new(0), matches } }
     }
 
-    /// Queues a message for all readers. If a frozen reader leaves no room, the message is dropped and counted. A publisher that is not
-    /// latched does not keep an [`Arc`] that the caller passes, so the caller can write its next message into it.
+    /// Queues a message for all readers. If a frozen reader leaves no room, the message is dropped and counted. A caller that
+    /// passes an [`Arc`] can write its next message into the same [`Arc`], because only a latched publisher keeps it.
     pub fn publish(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write);
     }
 
-    /// Queues a message as `publish` does. A publisher for messages that soon become obsolete drops and counts the message instead
-    /// if three earlier ones still wait for the DDS thread.
+    /// Queues a message as `publish` does. If the publisher is for messages that soon become obsolete, and three earlier messages
+    /// still wait for the DDS thread, the message is dropped and counted instead.
     pub fn publish_in_time(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write_in_time);
     }
@@ -133,8 +133,9 @@ impl Publishing {
         self.matches.count(self.guid)
     }
 
-    /// Waits for the first subscriber, and then until all subscribers that discovery knows are matched or cannot be matched. A
-    /// subscription that is discovered a moment after the first would miss messages that were published in between.
+    /// Waits for the first subscriber, and then until all subscribers that discovery knows are matched or cannot be matched.
+    /// Without this second wait, a subscription that is discovered a moment after the first would miss the messages published in
+    /// between.
     ///
     /// # Errors
     /// [`RosError::Write`] if nobody subscribes within `patience`.
@@ -155,8 +156,8 @@ impl Publishing {
 /// How long the wait for subscribers continues after the first subscriber.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
-/// A topic of a node, for which the node creates another endpoint only when necessary: a subscription to a topic on which it
-/// publishes, or a publisher on a topic to which it subscribes.
+/// Creates a second endpoint on a topic of a node, once it is necessary: a subscription to a topic on which the node publishes, or
+/// a publisher on a topic to which the node subscribes.
 pub struct OwnTopic<M: Message> {
     endpoints: Weak<Endpoints>,
     plan: Plan,
@@ -168,7 +169,7 @@ impl<M: Message> OwnTopic<M> {
         Self { endpoints, plan, message: PhantomData }
     }
 
-    /// Returns the number of publishers on the topic that discovery knows, without the publisher `own`; 0 if the node has ended.
+    /// Returns the number of publishers on the topic that discovery knows, except the publisher `own`; 0 if the node has ended.
     pub fn other_publishers(&self, own: EndpointId) -> usize {
         let other_writers = |it: Arc<Endpoints>| it.domain.matches.other_writers(&self.plan.name, own.guid());
         self.endpoints.upgrade().map_or(0, other_writers)
@@ -207,7 +208,7 @@ pub struct Newest<M> {
 
 /// Receives messages of one type.
 pub struct Subscription<M: Message> {
-    /// The DDS reader, which may be replaced by another.
+    /// The DDS reader. A [`Replacement`] can put another reader here.
     reader: watch::Receiver<Arc<ReplaceableSubscription<M>>>,
     topic: String,
     matches: Matches,
@@ -217,7 +218,7 @@ pub struct Subscription<M: Message> {
 pub(super) struct Replacement<M: Message>(watch::Sender<Arc<ReplaceableSubscription<M>>>);
 
 impl<M: Message> Replacement<M> {
-    /// Replaces the reader. Messages that the previous reader has taken are not taken again.
+    /// Replaces the reader. The new reader skips messages that the previous reader has taken.
     pub fn take_place(&self, endpoints: &Endpoints, plan: &Plan) -> Result<(), RosError> {
         let next = self.0.borrow().replaced_by(endpoints.subscription(plan)?);
         self.0.send_replace(Arc::new(next));

@@ -1,9 +1,9 @@
-//! Environment variables that choose the middleware or its peers, and that this program does not obey.
+//! Environment variables that choose the middleware or its peers, but that this program does not obey.
 
 /// Parts of the names of middleware that uses DDS.
 const DDS: [&str; 4] = ["fastrtps", "cyclonedds", "connext", "gurumdds"];
 
-/// The variables of each middleware, and the consequence if they are not obeyed.
+/// Variables that this program does not obey, each with the consequence.
 const UNREAD: [(&str, &str); 5] = [
     ("ROS_DISCOVERY_SERVER", SERVER),
     ("ROS2_EASY_MODE", SERVER),
