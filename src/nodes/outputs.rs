@@ -96,7 +96,8 @@ impl Outputs {
         (self.guard != before).then_some(self.guard)
     }
 
-    /// Publishes the pose and the pose error. The stamp is the time of the joint states from which they were computed.
+    /// Publishes the pose and the pose error, and stores the moment for the pictures. The stamp is the time of the joint states from
+    /// which the pose was computed.
     pub fn publish_pose(&self, cycle: &Snapshot) {
         let Some(controlled) = &cycle.pose else { return };
         let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };

@@ -36,7 +36,7 @@ pub(super) enum Request {
     Shutdown,
 }
 
-/// The largest number of rejected goals that are stored until the next report: the last goal of each publisher.
+/// The largest number of rejected goals that are stored until the next report. Of each publisher, only the last one is stored.
 const REJECTED: usize = 16;
 
 /// Rejected goals, each with its stamp and the number of its publisher.
@@ -77,7 +77,7 @@ pub(super) struct Sources {
     pub frames: Option<Frames>,
 }
 
-/// The last accepted goal in another frame: the stamp \[ns\], and that frame.
+/// The stamp \[ns\] and the frame of the last accepted goal. Both are empty if the goal was in the servo's own frame.
 #[derive(Default)]
 struct TakenFrame {
     stamp: i64,
@@ -216,7 +216,8 @@ fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal,
     Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, by: sent.by, came, frame_from_goal })
 }
 
-/// Converts the goal to a reading in the base frame. `stamp` \[ns\] is the stamp of the message or of the transform.
+/// Returns the reading of a goal with the pose `base_from_goal`. `stamp` \[ns\] is the stamp of the goal's message or of the transform
+/// that moved the goal.
 fn placed(stamp: i64, base_from_goal: &UnitDualQuaternion) -> GoalReading<'static> {
     let [x, y, z, orientation_xyzw @ ..] = pose_numbers(base_from_goal);
     let (waited, sent) = (Duration::ZERO, Sent::default());
