@@ -20,7 +20,7 @@ impl ArmChoice {
         self.arm.is_some()
     }
 
-    /// Returns the parameters of the arm followed by these ROS arguments.
+    /// Returns these ROS arguments after the parameters of the chosen arm, which they override.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = ros_args.clone();
         if let Some((name, text)) = self.arm.as_deref().and_then(arm_file) {
@@ -46,7 +46,7 @@ fn description(text: &str) -> Result<String, &'static str> {
 }
 
 impl RobotChoice {
-    /// Returns the parameters of the arm followed by these ROS arguments.
+    /// Returns these ROS arguments after the parameters of the chosen arm or description, which they override.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.arm.and(ros_args);
         if let Some(file) = &self.robot {
@@ -56,7 +56,7 @@ impl RobotChoice {
         all
     }
 
-    /// Returns whether an arm was chosen.
+    /// Returns whether an arm or a robot description was chosen.
     pub fn is_some(&self) -> bool {
         self.arm.is_some() || self.robot.is_some()
     }

@@ -8,7 +8,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Appends the text of every file in the folder with this extension.
+/// Appends to `into` the text of every file with this extension in the folder and its subfolders.
 fn read(folder: &Path, extension: &str, into: &mut String) {
     for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if entry.is_dir() {

@@ -38,7 +38,7 @@ pub(super) fn ignore_others() -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
     let _inside = runtime.enter();
     let mut kinds = IGNORED.map(process::Signal::as_raw).into_iter().chain(REAL_TIME);
-    // The handler of a signal stays installed after it is dropped.
+    // The handler of a signal stays installed after the `Signal` is dropped.
     kinds.try_for_each(|kind| signal(SignalKind::from_raw(kind)).map(drop))
 }
 

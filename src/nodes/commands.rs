@@ -237,8 +237,8 @@ impl Commands {
     }
 }
 
-/// Returns the function to call when the cycle has ended or panicked. This function sends zeros unless the cycle has already sent
-/// them. Then it passes the outcome on.
+/// Returns the function to call when the cycle has ended or panicked. If the cycle failed, this function sends zeros. Then it passes
+/// the outcome to `end`.
 pub(super) fn on_end(
     commands: Arc<Commands>,
     end: watch::Sender<Option<Outcome>>,

@@ -62,7 +62,7 @@ enum Report {
 
 impl Frames {
     /// Subscribes to TF, and stores the frames in `tree`. Stamps are compared with `clock`. The poses of goals are converted to the
-    /// frame `base`. A goal does not follow a frame that is fixed to the frame `tool`.
+    /// frame `base`. If goals follow their frames, a goal in a frame that is fixed to the frame `tool` is rejected.
     pub fn new(
         NodeSetup { node, contract, .. }: &mut NodeSetup,
         clock: &Clock,

@@ -77,7 +77,7 @@ pub(super) struct Sources {
     pub frames: Option<Frames>,
 }
 
-/// The stamp \[ns\] and the frame of the last accepted goal. Both are empty if the goal was in the servo's own frame.
+/// The stamp \[ns\] and the frame of the last accepted goal. The frame is empty if the goal was in the servo's own frame.
 #[derive(Default)]
 struct TakenFrame {
     stamp: i64,
@@ -192,7 +192,7 @@ impl RosInputs {
         oldest.cloned().unwrap_or_default()
     }
 
-    /// Returns the next step of the shutdown in progress, if there is one.
+    /// Returns the next step of the shutdown in progress. Without a shutdown, this is [`Step::Decelerate`]: send the servo's command.
     pub fn shutdown_step(&mut self, servo: &Servo) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
         if servo.output().is_none() {

@@ -59,10 +59,10 @@ pub struct RecordedRun {
     pub notes: Vec<String>,
 }
 
-/// A gap between joint states that is not longer than this \[s\] is never long enough to separate two parts of a run.
+/// A gap between joint states that separates two parts of a run is longer than this \[s\].
 const APART: f64 = 60.0;
 
-/// A gap that separates two parts of a run is longer than this many times the recorded duration.
+/// A gap that separates two parts of a run is also longer than this many times the recorded duration.
 const FAR: f64 = 10.0;
 
 /// Splits a run at its long gaps: those longer than [`APART`] and longer than [`FAR`] times the recorded duration. The recorded duration

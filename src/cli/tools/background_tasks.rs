@@ -1,4 +1,4 @@
-//! Requests of the page to this program, not to the robot: races and recordings.
+//! Performs the requests of the live page that concern this program rather than the robot: races of two laws, and recordings.
 
 use super::race::RaceNodes;
 use super::recording::Recording;
@@ -11,7 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 use tokio::task::{JoinSet, spawn_blocking};
 
-/// Performs tasks until the page is closed.
+/// Performs the requests until the page is closed.
 pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
@@ -70,7 +70,7 @@ impl Runner {
         }
         let [one, other] = &race.laws;
         let done = Answer::done(format!("{one} and {other} from where the last motion began"));
-        // Four nodes take seconds to start, and a stop must not wait for them.
+        // Four nodes take seconds to start. They start on another thread, so that a stop need not wait for them.
         let (environment, goal) = (self.environment.clone(), race.goal);
         let nodes = spawn_blocking(move || RaceNodes::start(&environment, &race)).await??;
         self.races += 1;
