@@ -40,7 +40,7 @@ pub(super) struct RobotChoice {
     robot: Option<String>,
 }
 
-/// Parses the name of a robot description. Rejects a ROS argument.
+/// Parses the file name of a robot description. Rejects a ROS argument that is not after `--ros-args`.
 fn description(text: &str) -> Result<String, &'static str> {
     if text.contains(":=") { Err("ROS arguments come after --ros-args") } else { Ok(text.to_owned()) }
 }

@@ -352,7 +352,7 @@ impl Graph {
 /// A function that adds the permissions of a command.
 type May = fn(&Graph, &mut Enclave) -> anyhow::Result<()>;
 
-/// The nodes of the commands, and their permissions.
+/// The names of the nodes that commands create, each with the function that adds the permissions of its command.
 const COMMANDS: [(&str, May); 6] = [
     ("dq_servo_goal", Graph::goal),
     ("dq_servo_call", Graph::calls),

@@ -74,7 +74,7 @@ impl Signals {
     }
 }
 
-/// Returns whether SIGHUP is ignored, as the operating system reports it before a handler is installed.
+/// Returns whether SIGHUP is ignored. The answer is right only before a handler of SIGHUP is installed.
 fn hangup_is_ignored() -> bool {
     std::fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores_hangup(&status))
 }

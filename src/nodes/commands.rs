@@ -36,7 +36,7 @@ struct ArmCommands {
 
 /// A publisher of commands. Its message type depends on the arm's controller.
 trait CommandPublisher: Send + Sync {
-    /// Publishes these numbers.
+    /// Publishes a command with these numbers.
     fn publish(&self, numbers: &[f64]);
     /// Stops the arm, even while the cycle hangs in `publish`.
     fn stand(&self);
@@ -194,7 +194,7 @@ impl Commands {
         self.arms.iter().map(|arm| (arm.publishing().topic(), arm.readers()))
     }
 
-    /// Checks for subscribers. This takes a lock that discovery holds too, so the cycle does not call this function.
+    /// Checks for subscribers. The check takes a lock that discovery uses too, so the cycle does not call this function.
     pub fn update_readers(&self) {
         self.arms.iter().for_each(|arm| arm.heard.store(arm.readers() > 0, Ordering::Relaxed));
     }

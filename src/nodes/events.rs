@@ -41,7 +41,7 @@ impl EventsTopic {
         Ok(Arc::new(Self { publisher, readers: AtomicUsize::new(0) }))
     }
 
-    /// Counts the subscribers. This takes a lock that discovery holds too, so the cycle does not call this function.
+    /// Counts the subscribers. Counting takes a lock that discovery uses too, so the cycle does not call this function.
     pub fn update_readers(&self) {
         self.readers.store(self.publisher.readers(), Ordering::Relaxed);
     }
@@ -120,7 +120,7 @@ impl EventsRecord {
         self.readers > 0
     }
 
-    /// Begins the servo's cycle at `now`.
+    /// Begins the servo's cycle at `now`, and the record of this cycle.
     pub fn begin(&mut self, servo: &mut Servo, now: Duration) {
         self.number += 1;
         let before = std::mem::replace(&mut self.readers, self.topic.readers.load(Ordering::Relaxed));

@@ -154,7 +154,7 @@ impl Commands {
 struct Watch {
     guard: Guard,
     joints: JointOrder,
-    /// Receives the timeout when its parameter is changed.
+    /// Receives the new command timeout when its parameter is changed.
     inbox: Receiver<Duration>,
     joint_states: Arc<Subscription<JointState>>,
     commands: Commands,

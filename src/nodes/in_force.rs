@@ -168,7 +168,8 @@ mod tests {
         (0..count).map(|i| format!("crate/{i} sphere 2 2 2 0.1").parse().unwrap()).collect()
     }
 
-    /// Returns the names of the keep-outs in the settings that were last sent to the cycle; `None` if no new settings were sent.
+    /// Returns the names of the keep-outs in the settings that were last sent to the cycle. Returns `None` if no settings were sent
+    /// since the last call, or settings without constraints.
     fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
         let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
         let scene = settings.scene?;

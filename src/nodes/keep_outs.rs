@@ -77,7 +77,7 @@ struct DrawnKeepOuts {
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
     began: Instant,
-    /// The reasons why keep-outs are not obeyed that have not been logged yet. Deleting a keep-out also removes its reason.
+    /// Reasons why keep-outs are not obeyed, each until it is logged. Deleting a keep-out also removes its reason.
     unsaid: Vec<(KeepOutKey, String)>,
     warned: Option<Duration>,
     log: Logger,

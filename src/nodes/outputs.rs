@@ -88,7 +88,7 @@ impl Outputs {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }
 
-    /// Checks at `now` whether each arm has a guard. Returns the state of the guards if it has changed.
+    /// Checks at `now` whether each arm has a guard. Returns the worst state among the arms if this state has changed.
     pub fn update_guards(&mut self, now: Duration) -> Option<GuardState> {
         let states: Vec<_> = self.guards.iter_mut().map(|guards| guards.look(now)).collect();
         let all = [GuardState::Gone, GuardState::None].into_iter().find(|state| states.contains(state));

@@ -130,7 +130,7 @@ impl Report {
             self.outputs.publish_diagnostics(cycle, self.period, reason.as_deref());
         }
         let rejections = &cycle.rejections;
-        // A new servo starts its counts at zero.
+        // A count that is lower than before has started again at zero.
         self.rejected = rejections.total().min(self.rejected);
         if rejections.total() > self.rejected && due(&mut self.warning, now, SECOND) {
             let count = rejections.total() - self.rejected;
@@ -271,7 +271,7 @@ impl Report {
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
-    /// Returns the name of the silent arm, if there are several arms and one is silent.
+    /// Returns a text that names the topic of the silent arm, if there are several arms and one is silent.
     fn silent_arm(&self, cycle: &Snapshot) -> Option<String> {
         let is_silent = matches!(cycle.status.state, State::WaitingForState | State::StaleState);
         let arm = self.inputs.get(cycle.quietest).filter(|_| is_silent && self.inputs.len() > 1)?;

@@ -1,4 +1,4 @@
-//! Requests of services to the cycle, and their answers.
+//! Requests that services send to the cycle, and the cycle's replies.
 
 use dq_core::servo::Rejection;
 use dq_messages::messages::SuccessResponse;

@@ -66,7 +66,7 @@ impl RejectedGoals {
     }
 }
 
-/// The inputs of a servo that are not on the node's own topics.
+/// The parts of [`RosInputs`] that the node creates first.
 pub(super) struct Sources {
     pub arms: Vec<ArmInput>,
     /// The kinds of the joints.
@@ -159,7 +159,7 @@ impl RosInputs {
         self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
     }
 
-    /// Returns the publisher that sent the request.
+    /// Returns the publisher of the message that made the request; `None` if the request was a call of a service.
     pub fn asker(&self, by: Requester) -> Option<EndpointId> {
         match by {
             Requester::Goal(number) => self.goal_senders.publisher(number),
@@ -175,7 +175,7 @@ impl RosInputs {
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
     }
 
-    /// Returns the publisher of this input with this number.
+    /// Returns publisher number `number` of the input `of`.
     pub fn publisher(&self, of: Contended, number: u32) -> Option<EndpointId> {
         match of {
             Contended::JointStates(arm) => self.arms.get(arm)?.publisher(number),

@@ -28,7 +28,7 @@ pub(super) struct AnnouncedParameters {
 }
 
 impl Announced {
-    /// Reads the whole bag once.
+    /// Reads the whole bag for its topics and the announced parameters.
     pub fn read(bag: Bag) -> Self {
         let mut bag = bag.only(&[ParameterEvent::TYPE]);
         let parameters = announced_parameters(bag.by_ref());

@@ -423,7 +423,7 @@ impl Reader for RunReader {
         self.run.motions = self.motions.finish();
         self.run.show_most();
         let shown = self.run.shown.clone();
-        // The first motion may have begun before the first joint state, but not in another part.
+        // Times count from the first motion of the shown part. This motion may have begun before the part's first joint state.
         let begins = self
             .run
             .motions
@@ -463,7 +463,7 @@ mod tests {
     use super::*;
     use dq_config::ForArm;
 
-    /// Returns the reason why a bag with this joint state, if there is one, cannot be drawn.
+    /// Returns the reason why a bag cannot be drawn that has only this joint state, or no joint state if `state` is `None`.
     fn refused(state: Option<(&[&str], &[f64])>) -> String {
         let parameters = ServoParameters::for_arm("panda").unwrap();
         let mut reader = RunReader::new("run".to_owned(), "/", None, parameters);

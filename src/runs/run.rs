@@ -51,7 +51,8 @@ pub struct RecordedRun {
     pub damping_thresholds: Vec<(f64, f64)>,
     /// The goal tolerance when the servo started.
     pub tolerance: Tolerance,
-    /// Whether the servo's parameters are in the bag. If not, default parameters are assumed.
+    /// Whether the servo's parameters are in the bag. If not, the parameters that the caller of [`recorded`](crate::recorded) gave are
+    /// assumed.
     pub parameters_known: bool,
     /// The time interval that figures show. Parts of the run that are far away from it are left out.
     pub shown: Range<f64>,

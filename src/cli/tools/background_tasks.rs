@@ -25,7 +25,7 @@ pub(super) struct Runner {
 }
 
 impl Runner {
-    /// Creates the runner, which writes races to the channel `show`.
+    /// Creates the runner, which sends the pictures of races to the channel `show`.
     pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
         let (environment, ros_args) = (environment.clone(), ros_args.clone());
         let races = u64::try_from(since_1970().as_millis()).unwrap_or_default();

@@ -77,7 +77,7 @@ impl RaceNodes {
             }
         }
         for servo in self.servos {
-            // These simulated arms need not come to rest.
+            // Errors do not matter, because these simulated arms need not come to rest.
             let _ = servo.shut_down().await;
         }
     }

@@ -39,7 +39,7 @@ pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> anyhow::Resu
     Ok(beside)
 }
 
-/// Returns the joint positions at which an ideal arm settles at `goal`; `None` if it does not settle in time.
+/// Returns the joint positions at which an ideal arm settles at `goal`; `None` if the arm does not settle in time.
 fn end(
     parameters: &ServoParameters,
     law: Law,

@@ -57,7 +57,7 @@ impl Trace {
         &self.poses
     }
 
-    /// Returns poses that are `step` \[m\] or `turn` \[rad\] apart. A frame is drawn at each of these poses.
+    /// Returns poses at which frames are drawn. These poses are at least `step` \[m\] or `turn` \[rad\] apart.
     pub fn spaced(&self, step: f64, turn: f64) -> Vec<&Pose> {
         let mut spaced: Vec<&Pose> = Vec::new();
         for pose in &self.poses {
