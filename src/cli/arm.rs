@@ -20,7 +20,7 @@ impl ArmChoice {
         self.arm.is_some()
     }
 
-    /// Returns these ROS arguments after the parameters of the chosen arm, which they override.
+    /// Returns the parameters of the chosen arm, followed by `ros_args`. The later ones override the earlier ones.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = ros_args.clone();
         if let Some((name, text)) = self.arm.as_deref().and_then(arm_file) {
@@ -46,7 +46,7 @@ fn description(text: &str) -> Result<String, &'static str> {
 }
 
 impl RobotChoice {
-    /// Returns these ROS arguments after the parameters of the chosen arm or description, which they override.
+    /// Returns the parameters of the chosen arm or description, followed by `ros_args`. The later ones override the earlier ones.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.arm.and(ros_args);
         if let Some(file) = &self.robot {

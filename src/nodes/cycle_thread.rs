@@ -49,8 +49,8 @@ pub(super) fn spawn<E>(
 ) -> Result<JoinHandle<()>, NodeError> {
     let (sender, entered) = sync_channel(1);
     let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        // Without this the kernel may wake the thread up to 50 µs late, to wake several threads at once. A failure has no other
-        // effect.
+        // Without this call, the kernel may wake the thread up to 50 µs late, to wake several threads at once. If the call fails,
+        // nothing else changes.
         let _ = set_current_timer_slack(NonZeroU64::new(1));
         let allowed = realtime::enter(schedule.realtime_priority);
         let runs = allowed.is_ok();

@@ -159,7 +159,7 @@ struct Listener {
     tool: String,
     settings: GoalFrames,
     clock: Clock,
-    /// The last time of a simulated clock \[ns\].
+    /// The last time that a simulated clock showed \[ns\].
     time: i64,
     tree: Tree,
     waiting: WaitingGoals,

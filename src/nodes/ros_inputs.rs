@@ -86,8 +86,9 @@ struct TakenFrame {
 
 /// The inputs of a running servo.
 pub(super) struct RosInputs {
-    /// The times at which the present cycle and the first cycle began.
+    /// The time at which the present cycle began.
     clocks: Clocks,
+    /// The time at which the first cycle began.
     began: Option<Duration>,
     inbox: Receiver<Request>,
     searcher: Searcher,
@@ -108,7 +109,7 @@ pub(super) struct RosInputs {
     pub rejected: RejectedGoals,
     /// The number of goal messages since the start.
     goal_count: u64,
-    /// The record. Every event is passed to the servo through it.
+    /// The record for replay. It passes events to the servo and records them.
     pub record: EventsRecord,
     shutdown: Option<Shutdown>,
 }

@@ -92,7 +92,7 @@ pub(super) struct Snapshot {
     /// The controlled pose; `None` until every arm was heard.
     pub pose: Option<UnitDualQuaternion>,
     pub status: Status,
-    /// The keep-outs.
+    /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
     /// The law's rate and the largest stable rate, unless they were already reported since the settings were last changed.

@@ -25,7 +25,7 @@ impl MotionRows {
         Self { run: run.to_owned(), rows: Vec::new(), last: 0 }
     }
 
-    /// Notes that the servo was restarted, so that it counts motions from 1 again.
+    /// Notes that the servo was restarted and counts its motions from 1 again.
     pub fn start_over(&mut self) {
         self.last = 0;
     }

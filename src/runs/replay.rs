@@ -32,9 +32,10 @@ pub struct Replayed {
     pub largest_difference: f64,
     /// The unit of the commands.
     pub unit: &'static str,
-    /// The time of the cycle with the first differing command, counted from the first cycle \[s\]; `None` if no command differs.
+    /// The time of the cycle with the first differing command, counted from the first compared cycle \[s\]; `None` if no command
+    /// differs.
     pub first_difference_s: Option<f64>,
-    /// The time intervals in which commands were compared \[s\], counted from the first cycle.
+    /// The time intervals in which commands were compared \[s\], counted from the first compared cycle.
     pub judged_s: Vec<(f64, f64)>,
     /// The number of commands that could not be compared, because cycles before them are missing and no cycle with a saved state came
     /// since then.
@@ -45,9 +46,9 @@ pub struct Replayed {
     pub repeated: u64,
     /// The number of messages that cannot be read.
     pub damaged: u64,
-    /// The motions of the replay. Their times count from the first command \[s\].
+    /// The motions of the replay. Their times count from the first compared cycle \[s\].
     pub motions: Vec<MotionRow>,
-    /// The reason why nothing is replayed; `None` if at least one cycle is replayed.
+    /// The reason why no command was compared; `None` if at least one command was compared.
     pub why_not: Option<String>,
 }
 

@@ -114,7 +114,7 @@ impl Recorder {
     }
 }
 
-/// At the end, messages that have already arrived are taken for this time.
+/// How long the receivers may still take messages that have arrived when the recording ends.
 const LAST_TAKE: Duration = Duration::from_millis(100);
 
 /// The QoS of a subscription.
