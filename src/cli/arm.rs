@@ -20,7 +20,7 @@ impl ArmChoice {
         self.arm.is_some()
     }
 
-    /// Returns the parameters of the arm followed by these ROS arguments.
+    /// Returns the parameters of the chosen arm, followed by `ros_args`. The later ones override the earlier ones.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = ros_args.clone();
         if let Some((name, text)) = self.arm.as_deref().and_then(arm_file) {
@@ -40,13 +40,13 @@ pub(super) struct RobotChoice {
     robot: Option<String>,
 }
 
-/// Parses the name of a robot description. Rejects a ROS argument.
+/// Parses the file name of a robot description. Rejects a ROS argument that is not after `--ros-args`.
 fn description(text: &str) -> Result<String, &'static str> {
     if text.contains(":=") { Err("ROS arguments come after --ros-args") } else { Ok(text.to_owned()) }
 }
 
 impl RobotChoice {
-    /// Returns the parameters of the arm followed by these ROS arguments.
+    /// Returns the parameters of the chosen arm or description, followed by `ros_args`. The later ones override the earlier ones.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.arm.and(ros_args);
         if let Some(file) = &self.robot {
@@ -56,7 +56,7 @@ impl RobotChoice {
         all
     }
 
-    /// Returns whether an arm was chosen.
+    /// Returns whether an arm or a robot description was chosen.
     pub fn is_some(&self) -> bool {
         self.arm.is_some() || self.robot.is_some()
     }

@@ -36,7 +36,7 @@ pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
         let place = panic.location().map(|at| format!(" ({at})")).unwrap_or_default();
         stderr::line(format!("error: {}{place}", one_line(why)));
     }));
-    // The panic hook has printed it.
+    // The hook has printed the panic.
     let code = std::panic::catch_unwind(AssertUnwindSafe(program)).unwrap_or(ExitCode::FAILURE);
     log_file::flush(LAST_LINES);
     stderr::flush(LAST_LINES);
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(number(&anyhow::anyhow!("failed")), 1);
         let lost = anyhow::Error::from(NetworkLost(dq_ros::ros::NetworkEnd::Stopped));
         assert_eq!(number(&lost), 4);
-        // A supervisor need not try again.
+        // The code is not 4, because a restart would not help.
         let full = RosError::NoFreePort { domain: 0, first: 7410, last: 7648 };
         assert_eq!(number(&full.into()), 2);
         assert_eq!(format!("{lost:#}").matches("DDS has ended").count(), 1, "{lost:#}");

@@ -60,7 +60,7 @@ impl Goal {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
         let (position, orientation) = self.place()?;
-        // The servo would reject the goal too, but only if a servo is running.
+        // Report an invalid goal even if no servo is running to reject it.
         servo::Goal::new(position, orientation.unwrap_or(UPRIGHT), &self.frame, &self.frame)?;
         let timeout = Duration::try_from_secs_f64(self.timeout).map_err(|_| {
             super::Usage(format!("--timeout {:?}: expected seconds, 0 or more", self.timeout))
@@ -135,7 +135,7 @@ impl Goal {
         Ok((Resolver::new(NAME, &there)?, servo.name().to_owned()))
     }
 
-    /// Withdraws the goal if it is still in force, or prints that the arm continues.
+    /// Withdraws the goal if it is still in force. With `--keep-going`, only prints that the arm continues.
     async fn give_up(&self, node: &mut Node, watch: &Watch, servo: &str) {
         match watch.has_own_goal().await {
             Some(true) => {}

@@ -59,8 +59,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Returns whether the servo, according to `report`, has this goal, or may still take it unless it is stopped. `None` if this
-    /// is not known yet.
+    /// Returns whether the servo, according to `report`, has this goal, or may still take the goal if nobody stops the servo. Returns
+    /// `None` if the report does not show this yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);
@@ -68,7 +68,7 @@ impl OwnGoal {
         if self.had.is_some() || self.last_sent.elapsed() > TO_BE_TAKEN {
             return Some(false);
         }
-        // If no other input is active, a stop withdraws the goal that waits for its frame, and no goal of other senders.
+        // If no other input is active, a stop withdraws only this goal, which waits for its frame, and no goal of other senders.
         let is_free = report.goal.is_none() && report.input != Some(Input::Twist);
         (self.in_frame && is_free).then_some(true)
     }

@@ -8,7 +8,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Appends the text of every file in the folder with this extension.
+/// Appends to `into` the text of every file with this extension in the folder and its subfolders.
 fn read(folder: &Path, extension: &str, into: &mut String) {
     for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if entry.is_dir() {
@@ -54,7 +54,7 @@ fn every_command_and_switch_of_the_pages_is_one_of_the_program() {
 fn every_test_that_the_safety_page_names_is_there() {
     let mut code = String::new();
     ["src", "tests"].iter().for_each(|folder| read(&root().join(folder), "rs", &mut code));
-    // The name of a test is that of a function, or the first text in a row of a table of cases.
+    // The name of a test is the name of a function, or the part before the arrow in a row of a table of cases.
     let of_functions = code.split("fn ").skip(1).filter_map(|rest| rest.split('(').next());
     let of_rows =
         code.lines().filter_map(|line| line.trim_start().split_once(" => \"")).map(|(name, _)| name);

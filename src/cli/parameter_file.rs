@@ -34,7 +34,7 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<ParameterOver
     }
 }
 
-/// Sets the parameters in the file that differ from the present ones. Sets none if the node refuses any of them.
+/// Sets those parameters of `given` that differ from the node's present values. Sets none if the node refuses any of them.
 pub(super) async fn load(
     mut parameters: ParameterClient<'_>,
     given: Vec<ParameterOverride>,

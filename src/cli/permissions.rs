@@ -110,7 +110,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds the permission to call those services of the node that move or stop the arm.
+    /// Adds the permissions to call the services of the node, other than those for parameters, and to read the node's status.
     fn commands(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for service in &node.services {
             self.calls(&node.names.service(service)?);
@@ -320,8 +320,8 @@ impl Graph {
         self.servos.iter().try_for_each(|node| enclave.sends_goals(node))
     }
 
-    /// Adds the permissions of commands that call the nodes. These commands find the nodes by discovery, and by the nodes'
-    /// parameter services.
+    /// Adds the permissions of commands that call services, such as `dq_servo stop` and `dq_servo reset`. `dq_servo reset` also reads
+    /// the parameters of a node, to check that the node is a simulated arm.
     fn calls(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
         self.commands_all(enclave)?;
         self.of_arms.iter().try_for_each(|node| enclave.sets_parameters(node))
@@ -352,7 +352,7 @@ impl Graph {
 /// A function that adds the permissions of a command.
 type May = fn(&Graph, &mut Enclave) -> anyhow::Result<()>;
 
-/// The nodes of the commands, and their permissions.
+/// The names of the nodes that commands create, each with the function that adds the permissions of its command.
 const COMMANDS: [(&str, May); 6] = [
     ("dq_servo_goal", Graph::goal),
     ("dq_servo_call", Graph::calls),

@@ -38,7 +38,7 @@ pub(super) fn ignore_others() -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
     let _inside = runtime.enter();
     let mut kinds = IGNORED.map(process::Signal::as_raw).into_iter().chain(REAL_TIME);
-    // The handler of a signal stays installed after it is dropped.
+    // The handler of a signal stays installed after the `Signal` is dropped.
     kinds.try_for_each(|kind| signal(SignalKind::from_raw(kind)).map(drop))
 }
 
@@ -74,7 +74,7 @@ impl Signals {
     }
 }
 
-/// Returns whether SIGHUP is ignored, as the operating system reports it before a handler is installed.
+/// Returns whether SIGHUP is ignored. The answer is right only before a handler of SIGHUP is installed.
 fn hangup_is_ignored() -> bool {
     std::fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores_hangup(&status))
 }

@@ -20,7 +20,7 @@ const UNUSUAL_DISCOVERY: Duration = Duration::from_millis(2500);
 /// The shortest time to wait for the servo, even if the timeout of the motion is shorter.
 const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
 
-/// The time between two reports of the servo, with a margin. The servo reports ten times per second.
+/// The longest time to wait for the servo's next report. The servo reports ten times per second.
 const REPORT: Duration = Duration::from_millis(500);
 
 /// The client of a servo.

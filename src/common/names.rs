@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("unknown {kind} {name:?}: expected one of {expected}")]
 pub struct UnknownName {
-    /// The kind of thing that the text should name.
+    /// What the text should name, such as a law.
     pub kind: &'static str,
     /// The unknown text.
     pub name: String,
@@ -15,7 +15,7 @@ pub struct UnknownName {
 }
 
 #[macro_export]
-/// Defines an enum with a name for each variant: `NAMES`, `name`, `Display` and `FromStr`.
+/// Defines an enum whose variants have names. Generates `NAMES`, `name`, `Display` and `FromStr`.
 macro_rules! named {
     (
         $(#[$about:meta])*

@@ -1,4 +1,4 @@
-//! Handling of text and lists from outside. They are shortened or refused before they are stored, logged or repeated.
+//! Functions that shorten, clean or refuse text and lists from outside, before the program stores, logs or repeats them.
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -6,11 +6,11 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The length of the longest text from outside that is not shortened \[bytes\]. Every ROS 2 name is shorter.
+/// The largest length of a text from outside \[bytes\]; longer texts are shortened. Every ROS 2 name is shorter than this.
 pub const LONGEST: usize = 250;
 
-/// The length of the longest list from outside that is accepted. No robot has as many joints, and processing a longer list would
-/// take longer than a cycle.
+/// The largest number of elements of a list from outside; longer lists are refused. No robot has as many joints, and processing a
+/// longer list would take longer than a cycle.
 pub const MOST: usize = 100_000;
 
 const ELLIPSIS: char = '…';
@@ -25,13 +25,13 @@ pub fn cut(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{}{ELLIPSIS}", &text[..end]))
 }
 
-/// The number of characters of a name from outside that are shown.
+/// The largest number of characters to show of a name from outside.
 pub const NAME: usize = 80;
-/// The number of characters of an error message about a file from outside that are shown.
+/// The largest number of characters to show of an error message about a file from outside.
 pub const REASON: usize = 400;
 
-/// Returns a text from outside in a form that fits into a figure, a table or a line: without control characters. If the text is
-/// longer than `longest` characters, returns this many characters and an ellipsis.
+/// Returns a text from outside for a figure, a table or a line. Replaces control characters. If the text has more than `longest`
+/// characters, returns the first `longest` and an ellipsis.
 pub fn shown(text: &str, longest: usize) -> String {
     let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
     let mut shown: String = text.chars().take(longest).map(clean).collect();
@@ -41,7 +41,7 @@ pub fn shown(text: &str, longest: usize) -> String {
     shown
 }
 
-/// Returns a text from outside with its line breaks, but without control characters that could control a terminal.
+/// Returns a text from outside with its line breaks and tabs. Replaces all other control characters, which could control a terminal.
 pub fn shown_lines(text: &str) -> String {
     let clean = |c: char| match c {
         '\n' | '\t' => c,
@@ -67,7 +67,7 @@ pub fn escaped(text: &str) -> String {
     })
 }
 
-/// Deserializes a text, and shortens it before it is copied.
+/// Deserializes a text. Shortens the text to [`LONGEST`] bytes before it is copied.
 ///
 /// # Errors
 /// Returns the deserializer's error.

@@ -30,7 +30,7 @@ impl Robot {
         let goal = contract.servo.topic::<PoseStamped>("goal_pose", Direction::In)?;
         let twist = contract.servo.topic::<TwistStamped>("~/target_twist", Direction::In)?;
         let zeros = vec![0.0; joints.len()];
-        // A pose of the paper's arm that is away from singularities.
+        // Joint positions at which the paper's arm is away from singularities.
         let position = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1].to_vec();
         Ok(Self {
             joint_states: node.publisher(&contract.plant, "joint_states")?,
@@ -107,7 +107,7 @@ impl Cycles {
 /// times.
 const COUNT: usize = 250;
 
-/// Returns the numbers of allocations that RustDDS needs to write one existing message, sorted.
+/// Publishes the same message [`COUNT`] times. Returns the number of allocations of each publication, sorted.
 fn writing_allocations<M: Message>(
     topic: &str,
     message: M,
@@ -137,7 +137,7 @@ fn command_allocations() -> (u64, u64) {
     figures(&writing_allocations(topic, command_array(vec![0.5; 6]), Node::publisher))
 }
 
-/// Returns the median and the sum of the numbers.
+/// Returns the median and the sum of sorted numbers.
 fn figures(sorted: &[u64]) -> (u64, u64) {
     (sorted[sorted.len() / 2], sorted.iter().sum())
 }

@@ -50,8 +50,8 @@ pub(super) fn subscribe(
         };
         let speed_scaling =
             node.subscription(contract, &format!("{arm}speed_scaling_state_broadcaster/speed_scaling"));
-        // A keystore that is older than this topic does not grant access to it. The servo also measures the robot's speed without
-        // this topic.
+        // A keystore from before this topic was introduced does not grant access to the topic. The servo can do without the topic,
+        // because it also measures the robot's speed.
         let speed_scaling =
             speed_scaling.inspect_err(|why| node.log().warn(&format!("no speed scaling: {why}")));
         Ok(ArmInput {
@@ -73,7 +73,7 @@ impl ArmInput {
     /// carry the joint states of a gripper, so the last joint state that matches the arm counts.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, joint_states, speed_scaling, state, publishers, clock, stamp, speed } = self;
-        // A simulated clock advances in steps and may be slow, so its stamps do not tell how late a state is.
+        // A simulated clock advances in steps and may be slow, so its stamps do not show how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let mut malformed = joint_states.each_over(state, |state, origin| {
             // Publishers of other joints, such as those of grippers, get no number, so that they do not displace the arm's

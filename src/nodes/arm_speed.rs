@@ -1,4 +1,4 @@
-//! Computes the speed of an arm from its joint states. When a servo shuts down, the speed tells whether the arm stands still.
+//! Computes the speed of an arm from its joint states. When a servo shuts down, the speed shows whether the arm stands still.
 
 use dq_core::servo::JointOrder;
 use dq_messages::messages::JointState;
@@ -10,8 +10,8 @@ const LEAST_TIME: Duration = Duration::from_millis(20);
 /// The speed of an arm.
 #[derive(Default)]
 pub(super) struct ArmSpeed {
-    /// The speed of the fastest joint [rad/s]: the lower of the reported speed and the speed that the positions show. Some
-    /// drivers report something else in the field for speeds. `None` if a joint has no reported speed.
+    /// The speed of the fastest joint [rad/s]; `None` if a joint has no reported speed. This is the lower of the reported speed and
+    /// the speed that the positions show, because some drivers report other numbers in the field for speeds.
     pub fastest: Option<f64>,
     /// Earlier positions \[rad\], with the time at which they arrived.
     before: Option<(Instant, Vec<f64>)>,

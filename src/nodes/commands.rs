@@ -1,5 +1,5 @@
 //! Publishes the commands to all arms. When the cycle ends, even by a panic or a hang, the last velocities that are sent are zeros.
-//! Controllers that take positions keep the last positions, at which the arm stands still too.
+//! A controller that takes positions holds the last positions, so its arm stands still without a further command.
 
 use super::guards::{self, GuardStatuses};
 use super::node_setup::NodeSetup;
@@ -36,20 +36,19 @@ struct ArmCommands {
 
 /// A publisher of commands. Its message type depends on the arm's controller.
 trait CommandPublisher: Send + Sync {
-    /// Publishes these numbers.
+    /// Publishes a command with these numbers.
     fn publish(&self, numbers: &[f64]);
     /// Stops the arm, even while the cycle hangs in `publish`.
     fn stand(&self);
     fn publishing(&self) -> &Publishing;
 }
 
-/// A publisher of commands of one type, and the message into which each command is written.
+/// A publisher of commands of one message type.
 struct MessagePublisher<M: Message> {
     publisher: Publisher<M>,
     /// The message into which the commands are written. Only the cycle uses it.
     message: Mutex<Arc<M>>,
-    /// The command that stops an arm that takes velocities. `None` if the arm takes positions, because it then stops without a
-    /// further command.
+    /// The command that stops the arm. `None` if the arm takes positions, because such an arm stops without a further command.
     standstill: Option<Arc<M>>,
 }
 
@@ -81,7 +80,7 @@ pub(super) struct Sending {
 }
 
 impl ArmCommands {
-    /// Creates the publisher for an arm with these `joints`, whose topics begin with `prefix`.
+    /// Creates the publisher for an arm with these `joints`. The names of the arm's topics begin with `prefix`.
     fn new(
         setup: &mut NodeSetup,
         prefix: &str,
@@ -143,7 +142,7 @@ impl ArmCommands {
 const ZEROS_AT_THE_END: u32 = 10;
 
 impl Commands {
-    /// Creates the publishers of the node for arms with these joints.
+    /// Creates the publishers of the node. Each element of `arms` has the joints of one arm.
     pub fn new(setup: &mut NodeSetup, arms: &[JointOrder], sending: Sending) -> Result<Self, RosError> {
         let each = setup.kind.arms().iter().zip(arms);
         let arms = each.map(|(prefix, joints)| ArmCommands::new(setup, prefix, joints, sending));
@@ -195,7 +194,7 @@ impl Commands {
         self.arms.iter().map(|arm| (arm.publishing().topic(), arm.readers()))
     }
 
-    /// Checks for subscribers. This takes a lock that discovery holds too, so the cycle does not call this function.
+    /// Checks for subscribers. The check takes a lock that discovery uses too, so the cycle does not call this function.
     pub fn update_readers(&self) {
         self.arms.iter().for_each(|arm| arm.heard.store(arm.readers() > 0, Ordering::Relaxed));
     }
@@ -238,8 +237,8 @@ impl Commands {
     }
 }
 
-/// Returns the function to call when the cycle has ended or panicked. This function sends zeros unless the cycle has already sent
-/// them. Then it passes the outcome on.
+/// Returns the function to call when the cycle has ended or panicked. If the cycle failed, this function sends zeros. Then it passes
+/// the outcome to `end`.
 pub(super) fn on_end(
     commands: Arc<Commands>,
     end: watch::Sender<Option<Outcome>>,
@@ -280,8 +279,7 @@ mod tests {
         Commands::new(&mut setup, &arms, sending).unwrap()
     }
 
-    /// A publisher with a delay: the cycle ends before its first command is sent. The publisher records whether zeros were sent
-    /// last.
+    /// A slow publisher: before it sends its first command, [`Commands::end`] is called. Records whether zeros were sent last.
     struct DelayedPublisher {
         commands: Arc<OnceLock<Arc<Commands>>>,
         stands: Arc<AtomicBool>,
@@ -317,7 +315,7 @@ mod tests {
         assert!(stands.load(Ordering::Relaxed));
     }
 
-    /// Runs a cycle that sends a command until `end` returns a break. Returns the last command and the outcome.
+    /// Runs a cycle that sends commands until `end` breaks it. Returns the last command and the outcome.
     async fn ends(end: impl Fn() -> ControlFlow<Outcome> + Send + 'static) -> (Vec<f64>, Outcome) {
         let ((_one, mut node), (_other, mut robot)) = (node("servo"), node("robot"));
         let contract = Contract::builtin().unwrap();

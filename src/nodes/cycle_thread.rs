@@ -1,4 +1,4 @@
-//! A thread that runs at a fixed rate. Its deadlines are absolute.
+//! A thread that runs a cycle at a fixed rate, with absolute deadlines.
 
 use super::NodeError;
 use super::realtime;
@@ -39,8 +39,8 @@ pub(super) struct Schedule {
 /// `on_end` with the value of the break, or with the message of a panic.
 ///
 /// # Errors
-/// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. In this case, neither function is
-/// called.
+/// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. After an error, neither `body` nor
+/// `on_end` is called.
 pub(super) fn spawn<E>(
     name: &str,
     schedule: Schedule,
@@ -49,12 +49,12 @@ pub(super) fn spawn<E>(
 ) -> Result<JoinHandle<()>, NodeError> {
     let (sender, entered) = sync_channel(1);
     let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        // Without this the kernel may wake the thread up to 50 µs late, to wake several threads at once. A failure has no other
-        // effect.
+        // Without this call, the kernel may wake the thread up to 50 µs late, to wake several threads at once. If the call fails,
+        // nothing else changes.
         let _ = set_current_timer_slack(NonZeroU64::new(1));
         let allowed = realtime::enter(schedule.realtime_priority);
         let runs = allowed.is_ok();
-        // The receiver waits only for this message.
+        // Sending does not fail, because the receiver waits for this message.
         let _ = sender.send(allowed);
         if runs {
             let ended = catch_unwind(AssertUnwindSafe(move || run(schedule.period, body)));

@@ -15,14 +15,14 @@ use tokio::time::{Instant, interval};
 /// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// The interval between two log lines that say that the node waits for the description, or that a different description arrived.
+/// The shortest time between two warnings that the node waits for a description, or that a new description is not used.
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> NodeArguments<P> {
     /// Waits for a robot description on `session`, and prepares the node from it and the command line.
     ///
     /// # Errors
-    /// [`NodeError`] if the description has no arm between the frames, or if the network fails.
+    /// [`NodeError`] if the description has no arm between the base frame and the tool frame, or if the network fails.
     pub async fn when_described(self, session: &Session) -> Result<Prepared<P>, NodeError> {
         let (names, logging) = self.node();
         let mut node = session.node(names, logging)?;
@@ -46,7 +46,8 @@ impl<P: NodeParameters> NodeArguments<P> {
     }
 }
 
-/// Logs each robot description whose arm between the frames differs from the arm in use. The servo keeps the arm in use.
+/// Warns of a robot description whose arm between the base frame and the tool frame differs from the arm in use. The servo keeps the
+/// arm in use.
 pub(super) fn watch(
     node: &mut Node,
     contract: &NodeContract,

@@ -19,7 +19,7 @@ use std::time::Duration;
 /// The time that one message covers. Ten messages, the number that the readers of rosbag2 keep, cover a second.
 const BATCH: Duration = Duration::from_millis(100);
 
-/// A message of this length is published before [`BATCH`] has passed \[bytes\].
+/// The length from which a message is published at once, even before [`BATCH`] has passed \[bytes\].
 const FULL: usize = 1 << 18;
 
 /// The longest record of one cycle \[bytes\]. A longer record is left out, and the replay reports a missing cycle.
@@ -28,7 +28,7 @@ const LONGEST: usize = 1 << 20;
 /// The interval at which the record includes the servo's state. After a lost message the replay continues at the next state.
 const STATE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// The topic and the number of its subscribers. The cycle and the report share it.
+/// The topic of the record, and the number of its subscribers. The cycle and the report share this value.
 pub(super) struct EventsTopic {
     publisher: Publisher<UInt8MultiArray>,
     readers: AtomicUsize,
@@ -41,7 +41,7 @@ impl EventsTopic {
         Ok(Arc::new(Self { publisher, readers: AtomicUsize::new(0) }))
     }
 
-    /// Counts the subscribers. This takes a lock that discovery holds too, so the cycle does not call this function.
+    /// Counts the subscribers. Counting takes a lock that discovery uses too, so the cycle does not call this function.
     pub fn update_readers(&self) {
         self.readers.store(self.publisher.readers(), Ordering::Relaxed);
     }
@@ -64,7 +64,7 @@ impl ParameterRecord {
         changes: &[(String, Value)],
         drawn: &[KeepOut],
     ) -> Self {
-        // If the text of a keep-out is parsed, the result is identical to the last bit.
+        // Parsing the text of a keep-out gives the same keep-out to the last bit.
         let drawn: Vec<_> = drawn.iter().map(ToString::to_string).collect();
         let changed = RecordedParameters { values: changes.to_vec(), drawn: drawn.clone() };
         let all = RecordedParameters { values: store.values().collect(), drawn };
@@ -120,7 +120,7 @@ impl EventsRecord {
         self.readers > 0
     }
 
-    /// Begins the servo's cycle at `now`.
+    /// Begins the servo's cycle at `now`, and the record of this cycle.
     pub fn begin(&mut self, servo: &mut Servo, now: Duration) {
         self.number += 1;
         let before = std::mem::replace(&mut self.readers, self.topic.readers.load(Ordering::Relaxed));
@@ -166,7 +166,7 @@ impl EventsRecord {
         taken
     }
 
-    /// Records that the servo has taken the settings of these parameters.
+    /// Records that the servo has applied these parameters.
     pub fn change(&mut self, parameters: ParameterRecord) {
         self.parameters = parameters;
         if self.is_heard() {
@@ -197,7 +197,7 @@ impl EventsRecord {
     }
 }
 
-/// Publishes the last cycles, too: if a fault ended the servo, the last cycles show the cause.
+/// Publishes the cycles that are not published yet. If a fault ended the servo, these last cycles show the cause.
 impl Drop for EventsRecord {
     fn drop(&mut self) {
         // A panic leaves the record of its cycle incomplete.

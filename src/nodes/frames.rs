@@ -19,8 +19,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Report how the frame of this goal moves the goal, if the settings say that goals follow their frames. Stops following
-    /// earlier goals.
+    /// Stop following earlier goals. If the settings say that goals follow their frames, report how the frame of this goal moves
+    /// the goal.
     Follow(FramedGoal),
     /// Follow no goal.
     Unfollow,
@@ -29,7 +29,7 @@ enum FrameRequest {
     Configure(GoalFrames),
 }
 
-/// All frames that were heard of. The listener and the users of the frames share the tree.
+/// All frames that TF has reported. The listener and the users of the frames share this tree.
 #[derive(Clone, Default)]
 pub(super) struct Tree(Arc<Mutex<FrameTree>>);
 
@@ -43,7 +43,7 @@ impl Tree {
 pub(super) struct Frames {
     asks: UnboundedSender<FrameRequest>,
     reports: mpsc::Receiver<Report>,
-    /// The number of the last goal that was asked about.
+    /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
     /// Goals up to this number have ended.
     over: u64,
@@ -61,8 +61,8 @@ enum Report {
 }
 
 impl Frames {
-    /// Subscribes to TF, and stores the frames in `tree`. Stamps are compared with `clock`. Goals are looked up in the frame
-    /// `base`.
+    /// Subscribes to TF, and stores the frames in `tree`. Stamps are compared with `clock`. The poses of goals are converted to the
+    /// frame `base`. If goals follow their frames, a goal in a frame that is fixed to the frame `tool` is rejected.
     pub fn new(
         NodeSetup { node, contract, .. }: &mut NodeSetup,
         clock: &Clock,
@@ -159,7 +159,7 @@ struct Listener {
     tool: String,
     settings: GoalFrames,
     clock: Clock,
-    /// The last time of a simulated clock \[ns\].
+    /// The last time that a simulated clock showed \[ns\].
     time: i64,
     tree: Tree,
     waiting: WaitingGoals,

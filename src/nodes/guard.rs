@@ -29,8 +29,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The duration of the trajectory that stops the arm.
 const STAND: Duration = Duration::from_millis(20);
 
-/// How long a guard that should end waits until the arm no longer needs it. A launch ends servo and guard at the same moment, and a
-/// servo sends a few more commands even if the arm has settled.
+/// How long a guard that was asked to end waits before it logs that the arm still needs it. A launch ends servo and guard at the same
+/// moment, and a servo sends a few more commands even if the arm has settled.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.
@@ -154,7 +154,7 @@ impl Commands {
 struct Watch {
     guard: Guard,
     joints: JointOrder,
-    /// Receives the timeout when its parameter is changed.
+    /// Receives the new command timeout when its parameter is changed.
     inbox: Receiver<Duration>,
     joint_states: Arc<Subscription<JointState>>,
     commands: Commands,

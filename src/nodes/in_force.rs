@@ -1,5 +1,5 @@
-//! The settings in force: those of the parameters, and the live keep-outs of `~/keep_out`. Only this module gives settings to the
-//! cycle. This module builds the settings outside the cycle's thread.
+//! The settings in force: the settings from the parameters, with the live keep-outs of `~/keep_out`. Only this module gives settings
+//! to the cycle. It builds the settings outside the cycle's thread.
 
 use super::events::ParameterRecord;
 use super::parameters::CYCLE_ENDED;
@@ -58,7 +58,7 @@ impl InForce {
         Self { now: Mutex::new(now), requests, kind }
     }
 
-    /// Applies `parameters`, which result from the `changes` and are in `store`.
+    /// Applies `parameters`, which are the content of `store` after the `changes`.
     ///
     /// # Errors
     /// The reason why the parameters are refused.
@@ -119,7 +119,7 @@ impl InForce {
         self.lock().refused = refused;
     }
 
-    /// Returns the largest number of live keep-outs.
+    /// Returns the largest number of live keep-outs for which the settings have room.
     pub fn room(&self) -> usize {
         let now = self.lock();
         now.settings.scene.as_ref().map_or(MOST_KEEP_OUTS.saturating_sub(now.idle), |scene| scene.room())
@@ -168,7 +168,8 @@ mod tests {
         (0..count).map(|i| format!("crate/{i} sphere 2 2 2 0.1").parse().unwrap()).collect()
     }
 
-    /// Returns the names of the keep-outs in the settings that were last sent to the cycle; `None` if no new settings were sent.
+    /// Returns the names of the keep-outs in the settings that were last sent to the cycle. Returns `None` if no settings were sent
+    /// since the last call, or settings without constraints.
     fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
         let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
         let scene = settings.scene?;

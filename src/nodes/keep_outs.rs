@@ -47,7 +47,7 @@ pub(super) fn obey(
     Ok(())
 }
 
-/// Processes markers. Uses at most half of the thread's time.
+/// Processes markers until the node ends. After each piece of work, pauses for as long as the work took.
 async fn run(markers: Subscription<MarkerArray>, mut drawn: DrawnKeepOuts) {
     let mut is_pending = false;
     loop {
@@ -77,8 +77,7 @@ struct DrawnKeepOuts {
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
     began: Instant,
-    /// The reasons why keep-outs are not obeyed, as long as the reasons are not logged yet. When a keep-out is deleted, its reason
-    /// is removed.
+    /// Reasons why keep-outs are not obeyed, each until it is logged. Deleting a keep-out also removes its reason.
     unsaid: Vec<(KeepOutKey, String)>,
     warned: Option<Duration>,
     log: Logger,
@@ -110,7 +109,7 @@ impl DrawnKeepOuts {
         }
     }
 
-    /// Puts the live keep-outs into force, and logs refusals. Returns whether something is still to be done.
+    /// Puts the live keep-outs into force, and logs refusals. Returns whether keep-outs or log lines are still pending.
     fn put_into_force(&mut self) -> bool {
         let (now, patience) = (self.began.elapsed(), self.in_force.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);
@@ -154,7 +153,7 @@ fn together(all: &[String]) -> Option<String> {
     Some(if more.is_empty() { first.clone() } else { format!("{first} (and {} more)", more.len()) })
 }
 
-/// Converts a marker that arrived at `came` to a keep-out, if it is a solid.
+/// Converts a marker that arrived at `came` to a keep-out. Returns an error if the marker is not a solid.
 fn framed(marker: &Marker, came: Duration) -> Result<FramedKeepOut, KeepOutRefused> {
     Ok(FramedKeepOut {
         key: key(marker),

@@ -88,7 +88,7 @@ impl Outputs {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }
 
-    /// Checks at `now` whether each arm has a guard. Returns the state of the guards if it has changed.
+    /// Checks at `now` whether each arm has a guard. Returns the worst state among the arms if this state has changed.
     pub fn update_guards(&mut self, now: Duration) -> Option<GuardState> {
         let states: Vec<_> = self.guards.iter_mut().map(|guards| guards.look(now)).collect();
         let all = [GuardState::Gone, GuardState::None].into_iter().find(|state| states.contains(state));
@@ -96,7 +96,8 @@ impl Outputs {
         (self.guard != before).then_some(self.guard)
     }
 
-    /// Publishes the pose and the pose error. The stamp is the time of the joint states from which they were computed.
+    /// Publishes the pose and the pose error, and stores the moment for the pictures. The stamp is the time of the joint states from
+    /// which the pose was computed.
     pub fn publish_pose(&self, cycle: &Snapshot) {
         let Some(controlled) = &cycle.pose else { return };
         let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };

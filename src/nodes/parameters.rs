@@ -1,4 +1,4 @@
-//! A node before it joins the graph: the names and the parameters.
+//! The names and parameters of a node, before the node joins the graph.
 
 use super::NodeError;
 use dq_common::text::cut;
@@ -107,7 +107,8 @@ impl<P: NodeParameters> NodeArguments<P> {
         Ok(())
     }
 
-    /// Returns whether the node must wait for a robot description on a topic: the frames of an arm are given without a description.
+    /// Returns whether the node must wait for a robot description on a topic. It must if the frames of an arm are given without a
+    /// description.
     pub fn is_awaited(&self) -> bool {
         dq_config::is_awaited(&self.values)
     }
@@ -134,7 +135,7 @@ impl<P: NodeParameters> NodeArguments<P> {
     /// Checks the parameters together with a `robot_description` that arrived on a topic.
     ///
     /// # Errors
-    /// [`NodeError`] if a parameter is invalid, or if the description gives no arm.
+    /// [`NodeError`] if a parameter is invalid, or if the description has no such arm.
     pub(super) fn describe(mut self, text: String) -> Result<Prepared<P>, NodeError> {
         let name = "robot_description";
         self.values.push(ParameterOverride::new(name, Value::String(text), name));

@@ -24,7 +24,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// A request of a service to the cycle.
+/// A request to the cycle, from a change of parameters or from a service.
 enum Request {
     Configure(Duration, Realism),
     Reset(Reply),
@@ -138,7 +138,7 @@ impl Commands {
         })
     }
 
-    /// Gives the newest command to `plant` at `now`. The plant's joints are called `joints`. Returns the errors.
+    /// Gives the newest command to `plant` at `now`. `joints` are the names of the plant's joints. Returns the errors.
     fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
         let text = |why: CommandError| why.to_string();
         match self {

@@ -86,8 +86,8 @@ fn lock_memory() -> Result<(), String> {
     let all = || mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|why| why.to_string());
     let limit = getrlimit(Resource::Memlock);
     let Some(bytes) = limit.current else { return all() };
-    // If a process can lock memory with a limit of 0, no limit applies to it. The capability does not tell this, because the
-    // capability may be valid only in a user namespace.
+    // If a process can lock memory with a limit of 0, no limit applies to the process. The capability does not show this, because
+    // it may be valid only in a user namespace.
     let nothing = Rlimit { current: Some(0), maximum: limit.maximum };
     setrlimit(Resource::Memlock, nothing).map_err(|why| why.to_string())?;
     let locked = all();

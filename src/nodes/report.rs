@@ -54,8 +54,8 @@ pub(super) struct Report {
 }
 
 impl Report {
-    /// Creates the report of the node. `inputs` are the joint states of its arms, `in_force` the settings, and `period` is the
-    /// period of the node's cycle.
+    /// Creates the report of the node. `inputs` are the joint states of its arms, `in_force` are the settings in force, and `period`
+    /// is the period of the node's cycle.
     pub fn new(
         node: &mut Node,
         outputs: Outputs,
@@ -130,7 +130,7 @@ impl Report {
             self.outputs.publish_diagnostics(cycle, self.period, reason.as_deref());
         }
         let rejections = &cycle.rejections;
-        // A new servo starts its counts at zero.
+        // A count that is lower than before has started again at zero.
         self.rejected = rejections.total().min(self.rejected);
         if rejections.total() > self.rejected && due(&mut self.warning, now, SECOND) {
             let count = rejections.total() - self.rejected;
@@ -166,7 +166,7 @@ impl Report {
         }
     }
 
-    /// Logs how many commands the servo's last check has replaced. Only a defect of the program makes a replacement necessary.
+    /// Logs how many commands the servo's final check has replaced. Only a defect of the program makes a replacement necessary.
     fn log_replaced(&mut self, cycle: &Snapshot) {
         let replaced = &cycle.replaced;
         self.replaced = replaced.count.min(self.replaced);
@@ -225,7 +225,7 @@ impl Report {
             }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
-        // After an arrival, a change of the law or a goal that moves with its frame does not cause another arrival.
+        // After an arrival, a change of the law or a goal that moves with its frame does not count as another arrival.
         self.arrival =
             status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }
@@ -271,7 +271,7 @@ impl Report {
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
-    /// Returns the name of the silent arm, if there are several arms and one is silent.
+    /// Returns a text that names the topic of the silent arm, if there are several arms and one is silent.
     fn silent_arm(&self, cycle: &Snapshot) -> Option<String> {
         let is_silent = matches!(cycle.status.state, State::WaitingForState | State::StaleState);
         let arm = self.inputs.get(cycle.quietest).filter(|_| is_silent && self.inputs.len() > 1)?;
@@ -315,7 +315,7 @@ impl Report {
         self.scene.clone_from(&cycle.scene);
     }
 
-    /// Logs when the delay begins and ceases to limit the gain, at most once per second.
+    /// Logs when the latency begins to limit the gain and when it ceases to, at most once per second.
     fn log_limited_gain(&mut self, cycle: &Snapshot) {
         let Status { gain_factor: part, latency, .. } = cycle.status;
         // Hysteresis: between the two thresholds the state does not change.

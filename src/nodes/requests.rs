@@ -1,4 +1,4 @@
-//! Requests of services to the cycle, and their answers.
+//! Requests that services send to the cycle, and the cycle's replies.
 
 use dq_core::servo::Rejection;
 use dq_messages::messages::SuccessResponse;
@@ -39,7 +39,8 @@ impl Reply {
     }
 }
 
-/// Sends the request that `make` creates. Waits up to `patience` until the cycle takes it, and then returns `done`.
+/// Sends the request that `make` creates, and waits up to `patience` until the cycle takes the request. Then returns a success with the
+/// message `done`. Otherwise returns a failure with the reason.
 pub(super) async fn ask<R>(
     requests: &Sender<R>,
     make: impl FnOnce(Reply) -> R,

@@ -18,7 +18,7 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// A publisher counts as present for this time after its last command.
 const PRESENCE: Duration = Duration::from_secs(1);
 
-/// Another publisher of the commands to one arm.
+/// Another publisher of the commands to one arm, if there is one.
 #[derive(Default)]
 pub(super) struct Rival {
     is_there: AtomicBool,

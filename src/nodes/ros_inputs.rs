@@ -36,7 +36,7 @@ pub(super) enum Request {
     Shutdown,
 }
 
-/// The largest number of rejected goals that are stored until the next report: the last goal of each publisher.
+/// The largest number of rejected goals that are stored until the next report. Of each publisher, only the last one is stored.
 const REJECTED: usize = 16;
 
 /// Rejected goals, each with its stamp and the number of its publisher.
@@ -66,7 +66,7 @@ impl RejectedGoals {
     }
 }
 
-/// The inputs of a servo that are not on the node's own topics.
+/// The parts of [`RosInputs`] that the node creates first.
 pub(super) struct Sources {
     pub arms: Vec<ArmInput>,
     /// The kinds of the joints.
@@ -77,7 +77,7 @@ pub(super) struct Sources {
     pub frames: Option<Frames>,
 }
 
-/// The last accepted goal in another frame: the stamp \[ns\], and that frame.
+/// The stamp \[ns\] and the frame of the last accepted goal. The frame is empty if the goal was in the servo's own frame.
 #[derive(Default)]
 struct TakenFrame {
     stamp: i64,
@@ -86,8 +86,9 @@ struct TakenFrame {
 
 /// The inputs of a running servo.
 pub(super) struct RosInputs {
-    /// The times at which the present cycle and the first cycle began.
+    /// The time at which the present cycle began.
     clocks: Clocks,
+    /// The time at which the first cycle began.
     began: Option<Duration>,
     inbox: Receiver<Request>,
     searcher: Searcher,
@@ -108,7 +109,7 @@ pub(super) struct RosInputs {
     pub rejected: RejectedGoals,
     /// The number of goal messages since the start.
     goal_count: u64,
-    /// The record. Every event is passed to the servo through it.
+    /// The record for replay. It passes events to the servo and records them.
     pub record: EventsRecord,
     shutdown: Option<Shutdown>,
 }
@@ -159,7 +160,7 @@ impl RosInputs {
         self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
     }
 
-    /// Returns the publisher that sent the request.
+    /// Returns the publisher of the message that made the request; `None` if the request was a call of a service.
     pub fn asker(&self, by: Requester) -> Option<EndpointId> {
         match by {
             Requester::Goal(number) => self.goal_senders.publisher(number),
@@ -175,7 +176,7 @@ impl RosInputs {
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
     }
 
-    /// Returns the publisher of this input with this number.
+    /// Returns publisher number `number` of the input `of`.
     pub fn publisher(&self, of: Contended, number: u32) -> Option<EndpointId> {
         match of {
             Contended::JointStates(arm) => self.arms.get(arm)?.publisher(number),
@@ -192,7 +193,7 @@ impl RosInputs {
         oldest.cloned().unwrap_or_default()
     }
 
-    /// Returns the next step of the shutdown in progress, if there is one.
+    /// Returns the next step of the shutdown in progress. Without a shutdown, this is [`Step::Decelerate`]: send the servo's command.
     pub fn shutdown_step(&mut self, servo: &Servo) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
         if servo.output().is_none() {
@@ -216,7 +217,8 @@ fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal,
     Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, by: sent.by, came, frame_from_goal })
 }
 
-/// Converts the goal to a reading in the base frame. `stamp` \[ns\] is the stamp of the message or of the transform.
+/// Returns the reading of a goal with the pose `base_from_goal`. `stamp` \[ns\] is the stamp of the goal's message or of the transform
+/// that moved the goal.
 fn placed(stamp: i64, base_from_goal: &UnitDualQuaternion) -> GoalReading<'static> {
     let [x, y, z, orientation_xyzw @ ..] = pose_numbers(base_from_goal);
     let (waited, sent) = (Duration::ZERO, Sent::default());

@@ -44,7 +44,7 @@ impl Searcher {
             self.here = Some(search);
         }
         if let Some(search) = self.here.take_if(|search| servo.ask(search)) {
-            // The channel has room for the only search. If the thread has ended, no answer comes. The servo detects that.
+            // The channel has room for the only search. If the thread has ended, the servo detects that no answer comes.
             let _ = self.questions.try_send(search);
         }
     }

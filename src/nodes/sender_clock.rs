@@ -11,8 +11,8 @@
 use std::time::Duration;
 
 /// The longest time for which a writer keeps messages for an unreachable reader \[ns\]. This is several times the lease after which
-/// the reader is lost: 50 s for nodes of this program, 10 s for Cyclone DDS and 20 s for Fast DDS. A larger offset means that the
-/// clocks do not agree.
+/// the writer drops the reader. The lease is 50 s for nodes of this program, 10 s for Cyclone DDS and 20 s for Fast DDS. A larger
+/// offset means that the clocks do not agree.
 const KEPT: i64 = 300_000_000_000;
 
 /// The largest relative drift between two clocks. A message counts as undelayed if the clocks may have drifted by its apparent
@@ -40,7 +40,7 @@ pub(super) struct SenderClock {
 /// The arrival of a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Arrival {
-    /// The time of arrival minus the time of sending, by both clocks \[ns\].
+    /// The time of arrival by this host's clock, minus the time of sending by the sender's clock \[ns\].
     offset: i64,
     at: Duration,
 }

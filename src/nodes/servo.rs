@@ -201,7 +201,7 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
             requests::ask(&round, |reply| Request::Reconfigure(ago, reply), done, requests::PATIENCE).await
         }
     });
-    // A keystore that is older than this service does not grant access to it. The servo can work without this service.
+    // A keystore from before this service was introduced does not grant access to it. The servo works without the service.
     reconfigures.unwrap_or_else(|why| node.log().warn(&format!("no ~/reconfigure: {why}")));
     node.serve_later::<Trigger, _>("~/stop", move |_| {
         let stop = stop.clone();
@@ -241,8 +241,8 @@ fn slot(setup: &mut NodeSetup, goal_frame: &str) -> MomentSlot {
     })
 }
 
-/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore that is older than this topic does not grant access to it. In
-/// that case, the node ignores the topic.
+/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore from before this topic was introduced does not grant access to it.
+/// In that case, the node works without the topic.
 fn obey_keep_outs(setup: &mut NodeSetup, tree: Tree, base: &str, in_force: Arc<InForce>) {
     if setup.kind.takes_frames() {
         let obeyed = keep_outs::obey(setup, tree, base, in_force);

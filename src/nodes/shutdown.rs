@@ -9,7 +9,8 @@ use tokio::sync::watch;
 /// The time within which the arm should come to rest. After this time zeros are sent even if the arm moves.
 pub(super) const LONGEST_DECELERATION: Duration = Duration::from_secs(2);
 
-/// The shortest time for which zeros are sent. RustDDS sends messages from its own thread, which ends with the participant.
+/// The shortest time for which zeros are sent. RustDDS sends messages from its own thread, which ends with the participant, so zeros
+/// could be lost if the participant ended at once.
 pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 
 /// The longest time for which zeros are sent if the robot does not report that it stands still.
@@ -68,7 +69,7 @@ pub(super) enum Step {
 /// A shutdown in progress.
 pub(super) struct Shutdown {
     asked: Duration,
-    /// The unit of the joint speeds in errors. The fastest joint may be of any kind.
+    /// The unit of joint speeds in errors. With both kinds of joints, this text names both units.
     unit: &'static str,
     zeros_since: Option<Duration>,
     /// The command of the fastest joint at the deadline [rad/s], if the arm was not at rest.
@@ -123,7 +124,8 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Steps every 2 ms from 1 s on until the end. `command` and `reported` get the time since the shutdown began.
+    /// Begins a shutdown at 1 s, and does a step every 2 ms. Returns the duration of the shutdown, its outcome, and all steps before
+    /// the end. `command` and `reported` get the time since the shutdown began.
     fn end(
         command: impl Fn(Duration) -> f64,
         reported: impl Fn(Duration) -> Option<f64>,

@@ -16,8 +16,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
 
-/// The interval between two poses and pose errors (100 Hz). The next intervals are those of the status (10 Hz) and of diagnostics
-/// (1 Hz).
+/// The interval at which poses and pose errors are published (100 Hz). The next constants are the intervals of the status (10 Hz)
+/// and of diagnostics (1 Hz).
 const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
@@ -92,7 +92,7 @@ pub(super) struct Snapshot {
     /// The controlled pose; `None` until every arm was heard.
     pub pose: Option<UnitDualQuaternion>,
     pub status: Status,
-    /// The keep-outs.
+    /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
     /// The law's rate and the largest stable rate, unless they were already reported since the settings were last changed.
@@ -116,7 +116,7 @@ pub(super) struct Snapshot {
 pub(super) struct Snapshots {
     queue: SyncSender<Snapshot>,
     last: Option<Changes>,
-    /// The updates to send with the next status.
+    /// The updates of motions to send with the next status.
     updates: MotionUpdates,
     /// The number of changes of the settings up to the time when the law's rate was last sent.
     judged: Option<u64>,

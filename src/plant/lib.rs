@@ -47,8 +47,10 @@ pub enum CommandError {
     },
 }
 
-/// An arm whose joints follow commands at once, apart from its [`Realism`]. If no new velocity commands arrive, the arm stops after
-/// its own timeout. An arm that follows position commands stops at the commanded positions.
+/// A simulated arm. Its joints follow commands at once, except for the latency and lag of its [`Realism`].
+///
+/// An arm that follows velocity commands stops if no new command arrives within its command timeout. An arm that follows position
+/// commands stops at the commanded positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
     initial_positions: Vec<f64>,
@@ -61,14 +63,14 @@ pub struct Plant {
     /// The commands that have not taken effect yet, each with the time at which it takes effect.
     under_way: VecDeque<(Duration, Command)>,
     sensor: Sensor,
-    /// The time until which the arm has moved.
+    /// The time of the last step.
     moved: Option<Duration>,
     /// Position commands received before this time are ignored.
     deaf_until: Duration,
     command_timeout: Duration,
 }
 
-/// The time within which a controller that receives a joint state sends a command that depends on it.
+/// The longest time from when a controller receives a joint state until the plant receives the command that depends on this state.
 const REACTION: Duration = Duration::from_millis(100);
 
 /// A valid command.
@@ -78,7 +80,7 @@ enum Command {
     Positions(Target),
 }
 
-/// The positions that the joints should reach, and when they should reach them.
+/// The positions that the joints should reach, and the time of their arrival.
 #[derive(Clone, Debug, PartialEq)]
 struct Target {
     positions: Vec<f64>,
@@ -105,7 +107,7 @@ impl Plant {
         }
     }
 
-    /// Takes joint velocities received at `now` [rad/s, prismatic: m/s].
+    /// Takes joint velocities [rad/s, prismatic: m/s] received at `now`.
     ///
     /// # Errors
     /// [`CommandError`] if the command is invalid. The previous command then stays in force until its timeout.
@@ -115,15 +117,15 @@ impl Plant {
         Ok(())
     }
 
-    /// Queues a command that takes effect at `at`. If the latency has become shorter, discards earlier commands that
-    /// would take effect later.
+    /// Queues a command that takes effect at `at`. Discards queued commands that would take effect later than this one, as happens
+    /// if the latency has become shorter.
     fn send(&mut self, at: Duration, command: Command) {
         self.under_way.retain(|(before, _)| *before <= at);
         self.under_way.push_back((at, command));
     }
 
-    /// Takes joint positions received at `now` \[rad, prismatic: m\]. The arm reaches them after `time`, at constant speed from its
-    /// present positions.
+    /// Takes joint positions \[rad, prismatic: m\] received at `now`. The arm moves there at constant speed, and arrives `time` after
+    /// the command takes effect.
     ///
     /// # Errors
     /// [`CommandError`] if the command is invalid. The arm then continues to the positions of the previous command.
@@ -168,8 +170,8 @@ impl Plant {
         }
     }
 
-    /// Moves the arm for the time since the previous step. Under velocity commands this time counts only up to the command timeout,
-    /// so that the arm does not travel through a long pause of the whole simulation.
+    /// Moves the arm for the time since the previous step. Under velocity commands, at most the command timeout of this time counts,
+    /// so that the arm does not travel during a long pause of the whole simulation.
     pub fn step(&mut self, now: Duration) {
         self.obey(now);
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
@@ -208,7 +210,7 @@ impl Plant {
             *position = if left.is_zero() { *wanted } else { *position + way };
             *velocity = rate * way;
         }
-        // The cycle after the arrival is at rest.
+        // Without a target, the next step sets the velocities to zero again.
         self.target = (!left.is_zero()).then_some(target);
     }
 

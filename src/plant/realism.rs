@@ -23,7 +23,7 @@ pub struct Realism {
     /// position difference of one encoder count; 0: positions are not rounded to counts \[rad, m\]
     #[parameter(range = 0.0..=1.0)]
     pub encoder_resolution: f64,
-    /// The time from one joint state to the next; zero for a joint state per step.
+    /// The time from one joint state to the next. Zero means one joint state per step.
     pub state_interval: Duration,
 }
 
@@ -49,7 +49,7 @@ pub struct Measured {
     pub velocities: Vec<f64>,
 }
 
-/// The joint states that have been measured but not yet published.
+/// The time of the next measurement, and the joint states that have been measured but not yet published.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Sensor {
     next: Duration,
@@ -81,7 +81,7 @@ impl Sensor {
         out
     }
 
-    /// Discards the joint states that are not published yet.
+    /// Discards the joint states that have not been published yet.
     pub fn clear(&mut self) {
         self.under_way.clear();
     }

@@ -1,5 +1,5 @@
-//! The algebra of general dual quaternions, on arrays of eight numbers: the real part, then the dual part, each with its scalar
-//! first.
+//! The algebra of quaternions and general dual quaternions, on arrays. A quaternion has four numbers, scalar first. A dual quaternion
+//! has eight: its real part, then its dual part.
 
 use super::arrays::{Numbers, array, exactly, matrix};
 use dq_algebra::{DualQuaternion, Vector8};

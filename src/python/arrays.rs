@@ -26,13 +26,13 @@ pub(super) fn slice<'a>(numbers: &'a Numbers<'_>) -> Cow<'a, [f64]> {
     }
 }
 
-/// Returns `N` numbers, or an error that calls the list `what`.
+/// Returns the numbers of a list of length `N`. For any other length, returns an error that calls the list `what`.
 pub(super) fn exactly<const N: usize>(numbers: &Numbers<'_>, what: &str) -> PyResult<[f64; N]> {
     let got = slice(numbers);
     <[f64; N]>::try_from(&*got).map_err(|_| wrong(format!("{what} has {} numbers, expected {N}", got.len())))
 }
 
-/// Returns rows of `width` numbers, or an error that calls the table `what`.
+/// Returns the rows of a table of `width` columns. For any other width, returns an error that calls the table `what`.
 pub(super) fn rows<'a>(table: &'a Rows<'_>, width: usize, what: &str) -> PyResult<ArrayView2<'a, f64>> {
     let rows = table.as_array();
     match rows.ncols() == width {
@@ -41,7 +41,7 @@ pub(super) fn rows<'a>(table: &'a Rows<'_>, width: usize, what: &str) -> PyResul
     }
 }
 
-/// Converts numbers to an array.
+/// Converts numbers to a numpy array.
 pub(super) fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray1<f64>> {
     PyArray1::from_slice(py, numbers)
 }
@@ -52,7 +52,7 @@ pub(super) fn table(py: Python<'_>, numbers: Vec<f64>, width: usize) -> PyResult
     Ok(Array2::from_shape_vec((rows, width), numbers).map_err(wrong)?.into_pyarray(py))
 }
 
-/// Converts a matrix of nalgebra to a table.
+/// Converts a matrix of nalgebra to a numpy table.
 pub(super) fn matrix<'py, R: nalgebra::Dim, C: nalgebra::Dim, S: nalgebra::RawStorage<f64, R, C>>(
     py: Python<'py>,
     matrix: &nalgebra::Matrix<f64, R, C, S>,

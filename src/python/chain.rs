@@ -1,4 +1,4 @@
-//! Chains: kinematics and Jacobians of one or many configurations.
+//! Chains, with the kinematics and Jacobians of one or many configurations.
 
 use super::arrays::{Numbers, Rows, array, matrix, rows, slice, table, wrong};
 use super::pose::Pose;
@@ -133,7 +133,8 @@ impl Chain {
         Ok(state)
     }
 
-    /// Returns a table with one row per configuration. `add` appends the `width` numbers of a row.
+    /// Returns the numbers of a table, row by row, with one row per configuration in `thetas`. `add` appends the `width` numbers of a
+    /// row.
     fn each(
         &self,
         py: Python<'_>,

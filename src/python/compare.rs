@@ -11,11 +11,11 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use std::path::Path;
 
-/// Returns the arm `name`, which is built in or a parameter file, with these additional parameters.
+/// Returns the arm `name`, a built-in arm or a parameter file, with the additional `parameters`.
 fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Arm> {
     let arm = Arm::named(Path::new(name)).map_err(wrong)?;
     let values = values(parameters)?;
-    // Here unknown names are errors. In a file for several nodes they are not.
+    // Refuses unknown names in `parameters`. A parameter file may have them, because it may be for several nodes.
     store(py, Some(name), values.clone())?;
     arm.with(values).map_err(wrong)
 }
@@ -56,7 +56,8 @@ pub(super) fn settling_gain(
     gain.map_err(wrong)
 }
 
-/// Runs a law on the first `count` tasks of an arm. Returns the outcome of each, and an array for each figure, with NaN for missing values.
+/// Runs a law on the first `count` tasks of an arm. Returns the outcome of each task, and an array for each figure, with NaN for missing
+/// values.
 #[pyfunction]
 #[pyo3(name = "compare", signature = (law, arm, count = 200, *, seed = 1, limits = true, plant = "ideal",
                                        parameters = None))]

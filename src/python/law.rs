@@ -1,4 +1,4 @@
-//! The laws: those in the table, and laws that are Python functions.
+//! Control laws: those of the library by their names, and laws that are Python functions.
 
 use super::arrays::{Numbers, Rows, array, exactly, rows, slice, table, wrong};
 use super::chain::Chain;
@@ -13,7 +13,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// Returns the names of the laws in the table.
+/// Returns the names of the library's laws.
 #[pyfunction]
 pub(super) fn laws() -> Vec<&'static str> {
     ListedLaw::names().to_vec()
@@ -24,7 +24,7 @@ pub(super) fn laws() -> Vec<&'static str> {
 pub(super) struct OwnLaw {
     function: Py<PyAny>,
     map: Map,
-    /// The exception that the Python function raised, until it is raised again in the caller.
+    /// The first exception that the function raised, until [`Self::check`] raises it in the caller.
     raised: Mutex<Option<PyErr>>,
 }
 
@@ -36,7 +36,7 @@ impl OwnLaw {
         exactly(&twist, "the law's twist")
     }
 
-    /// Raises the exception of the function again, if there was one.
+    /// Raises the exception that the function raised in a call, if there was one.
     pub fn check(&self) -> PyResult<()> {
         let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(Ok(()), Err)
@@ -71,7 +71,7 @@ pub(super) struct Law {
     pub own: Option<&'static OwnLaw>,
 }
 
-/// One gain for all components, or one for each.
+/// One number for all gains of a law, or one number for each gain.
 #[derive(FromPyObject)]
 enum Gains {
     One(f64),
@@ -88,7 +88,7 @@ impl Law {
         } else if law.is_callable() {
             let raised = Mutex::default();
             let own = OwnLaw { function: law.clone().unbind(), map: map.parse().map_err(wrong)?, raised };
-            // The law is never freed, like the laws of the table, so that nobody can drop a law that is in use.
+            // The law is never freed, so that nobody can drop a law that is in use. The library's laws are `'static` too.
             let own: &'static OwnLaw = Box::leak(Box::new(own));
             (ListedLaw::unlisted(own), Some(own))
         } else {
@@ -177,7 +177,7 @@ impl Law {
         table(py, numbers.map_err(|why: String| wrong(why))?, joints)
     }
 
-    /// Returns gain times error as a twist of the tool, without an arm.
+    /// Returns gain times error: the twist with which a free tool would move.
     fn twist<'py>(&self, py: Python<'py>, tool_from_goal: &Pose) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let twist = self.controller.body_twist(&tool_from_goal.0.inverse());
         self.check()?;
@@ -195,7 +195,7 @@ impl Law {
         self.controller.joint_velocity(arm, &goal, speeds);
     }
 
-    /// Raises the exception of a Python law again, if there was one.
+    /// Raises the exception that a Python law raised in a call, if there was one.
     pub fn check(&self) -> PyResult<()> {
         self.own.map_or(Ok(()), OwnLaw::check)
     }

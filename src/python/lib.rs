@@ -16,7 +16,7 @@ mod servo;
 
 use pyo3::prelude::*;
 
-/// The module.
+/// The module `dq_servo._native`.
 #[pymodule(name = "_native")]
 mod native {
     #[pymodule_export]

@@ -7,10 +7,11 @@ use dq_params::{ParameterError, ParameterOverride, ParameterStore, Value, parame
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The name of the node that has these parameters.
+/// The ROS name of the servo node, under which a parameter file has its parameters.
 const NODE: &str = "/dq_servo";
 
-/// A value from Python. The first matching variant counts: `True` is not an integer, and an integer is not a double.
+/// The value of a parameter from Python. The first variant that matches counts: `True` becomes a bool, not an integer, and `1` becomes
+/// an integer, not a double.
 #[derive(FromPyObject, IntoPyObject)]
 pub(super) enum PythonValue {
     Bool(bool),
@@ -66,7 +67,7 @@ pub(super) fn values(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String,
     given.into_iter().flat_map(|given| given.iter()).map(pair).collect()
 }
 
-/// Returns the store of a node with this arm and these additional `values`. The arm is built in or a parameter file.
+/// Returns the parameter store of a servo for `arm`, a built-in arm or a parameter file, with the additional `values`.
 pub(super) fn store(
     py: Python<'_>,
     arm: Option<&str>,
@@ -111,7 +112,7 @@ pub(super) fn typed(py: Python<'_>, store: &ParameterStore) -> PyResult<ServoPar
     Ok(parameters)
 }
 
-/// Returns the parameters that select a law of the table.
+/// Returns the parameters that select a law of the library, with its gains and its aim.
 pub(super) fn of_law(law: &Law) -> Vec<(String, Value)> {
     let controller = &law.controller;
     let (name, gains) = (controller.law.parameter().to_owned(), law.gains());

@@ -1,4 +1,4 @@
-//! Poses.
+//! Poses as Python objects.
 
 use super::arrays::{Numbers, Rows, array, exactly, matrix, rows, wrong};
 use dq_algebra::{DualQuaternion, UnitDualQuaternion, Vector8, unit_rotation};
@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3, Vec
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-/// A matrix counts as a rotation if `RᵀR` differs from the identity by at most this.
+/// A 3×3 matrix `R` can be a rotation only if each element of `RᵀR` differs from the identity's by less than this.
 const ORTHOGONAL: f64 = 1e-6;
 
 /// A pose: a unit dual quaternion. The product of two poses is their composition; `-pose` is the same pose with the other sign.

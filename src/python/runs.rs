@@ -108,7 +108,7 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
 }
 
 /// Replays the runs of a bag through the servo's cycle. Returns, for each servo, the number of commands and the number of commands
-/// that differ in any bit.
+/// that differ from the recorded ones in any bit.
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;

@@ -21,7 +21,7 @@ use std::time::Duration;
 pub(super) struct Servo {
     servo: servo::Servo,
     store: ParameterStore,
-    /// A law that is a Python function. No parameter can name it.
+    /// The law in force if it is a Python function. No parameter can name such a law.
     own: Option<Law>,
     search: Box<Search>,
     joints: Vec<String>,
@@ -213,7 +213,7 @@ impl Servo {
     }
 }
 
-/// Puts a Python law with its gains and its aim into the settings, and keeps the damping.
+/// Puts the Python law `own`, if there is one, into the settings with its gains and its aim. Keeps their damping.
 fn take_place(own: Option<&Law>, settings: &mut Settings) {
     if let Some(law) = own {
         let damping = settings.controller.damping;

@@ -1,4 +1,4 @@
-//! The parameters that the nodes of a bag announced.
+//! The parameters that the nodes of a bag announced on `~/parameters`.
 
 use super::{MOST_JOINTS, RunError};
 use dq_bags::{Bag, BagMessage, Topic};
@@ -28,7 +28,7 @@ pub(super) struct AnnouncedParameters {
 }
 
 impl Announced {
-    /// Reads the whole bag once.
+    /// Reads the whole bag for its topics and the announced parameters.
     pub fn read(bag: Bag) -> Self {
         let mut bag = bag.only(&[ParameterEvent::TYPE]);
         let parameters = announced_parameters(bag.by_ref());
@@ -56,7 +56,7 @@ impl Announced {
         self.parameters.get(node).map_or(&[], Vec::as_slice)
     }
 
-    /// Yields the nodes that declared this parameter and whose start is in the bag.
+    /// Yields the nodes that announced this parameter at their last start.
     pub fn nodes_with<'a>(&'a self, parameter: &'a str) -> impl Iterator<Item = &'a str> {
         let has = move |last: &AnnouncedParameters| last.initial.iter().any(|one| one.name == parameter);
         let nodes = self.parameters.iter().filter(move |(_, lives)| lives.last().is_some_and(has));
@@ -65,7 +65,7 @@ impl Announced {
 }
 
 /// Returns the parameters of each node from its latched `~/parameters`, with one entry per start, in order. A late subscriber may
-/// have received several messages at once. The stamps of the messages give their order.
+/// receive several messages at once, so the stamps of the messages give their order.
 fn announced_parameters(
     messages: impl Iterator<Item = BagMessage>,
 ) -> BTreeMap<String, Vec<AnnouncedParameters>> {
@@ -145,7 +145,7 @@ fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> 
     bounded(parameters.into_iter().filter_map(value).collect())
 }
 
-/// Returns the values. Fails if one of their lists is longer than that of any arm.
+/// Returns `values`. Fails if a list among them has more than [`MOST_JOINTS`] elements.
 pub(super) fn bounded(values: Vec<(String, Value)>) -> Result<Vec<(String, Value)>, RunError> {
     let bounded = |(name, value): (String, Value)| {
         let length = match &value {

@@ -4,8 +4,8 @@ use super::{RecordedRun, Sample};
 use dq_wire::pose_numbers;
 use std::fmt::Write as _;
 
-/// Returns tables of the run, each with its name: the samples, the pose errors, and the commands of each arm. The first line of a
-/// table has the names of the columns with their units. An unknown number is empty.
+/// Returns tables of the run, each with its name: the samples, the pose errors, the clearances, and the commands of each arm. The
+/// first line of a table has the names of the columns with their units. An unknown number is empty.
 pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
     let joints =
         |what: &str, names: &[String]| names.iter().map(|name| format!("{what} {name}")).collect::<Vec<_>>();

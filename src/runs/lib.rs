@@ -34,7 +34,7 @@ pub enum RunError {
     /// The bag does not have what a replay needs.
     #[error("the bag cannot be replayed: {0}")]
     NotReplayable(String),
-    /// A list in the bag's parameters is longer than that of any arm.
+    /// A list in the bag's parameters has more elements than an arm may have joints.
     #[error(
         "the parameters in the bag: {name} has {length} elements: expected at most {} joints per arm",
         MOST_JOINTS

@@ -4,7 +4,7 @@ use super::run::MotionRow;
 use dq_common::text::{NAME, shown};
 use dq_wire::{MotionReport, Outcome};
 
-/// The largest number of motions that have a row.
+/// The largest number of rows. Later motions have no row.
 const MOST: usize = 10_000;
 
 /// The largest difference between the start times in the reports of one motion \[s\]. If two reports with the same number differ by
@@ -15,7 +15,7 @@ const SAME: f64 = 0.5;
 pub(super) struct MotionRows {
     run: String,
     rows: Vec<MotionRow>,
-    /// The number of the last motion since the servo's start.
+    /// The servo's number of the last motion, counted from the servo's start.
     last: u64,
 }
 
@@ -25,7 +25,7 @@ impl MotionRows {
         Self { run: run.to_owned(), rows: Vec::new(), last: 0 }
     }
 
-    /// Notes that the servo was restarted, so that it counts motions from 1 again.
+    /// Notes that the servo was restarted and counts its motions from 1 again.
     pub fn start_over(&mut self) {
         self.last = 0;
     }
@@ -64,8 +64,8 @@ impl MotionRows {
         Some(began)
     }
 
-    /// Returns the motions in the order of their starts. Leaves out motions that had ended before the recording and whose reports
-    /// were only latched.
+    /// Returns the motions in the order of their starts. Leaves out motions that ended before the recording: the bag has their reports
+    /// only because the topic is latched.
     pub fn finish(self) -> Vec<MotionRow> {
         let is_over = |row: &MotionRow| {
             row.outcome != Outcome::Underway.name() && row.start_s + row.figures.elapsed < 0.0

@@ -22,15 +22,16 @@ use std::time::Duration;
 /// than a short one.
 const POINTS: usize = 1 << 15;
 
-/// The largest number of changes. It also limits the number of laws, because each law has a curve.
+/// The largest number of changes.
 const CHANGES: usize = 1 << 13;
+/// The largest number of laws, each of which has a curve.
 const LAWS: usize = 1 << 9;
 
 /// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].
 const LATE: f64 = 1.0;
 
-/// A pause in which the servo sends nothing is longer than this \[s\]. The recorded times of a command and of its cycle differ by
-/// less.
+/// A time \[s\] that is shorter than any pause in which the servo sends nothing. The recorded times of a command and of its cycle differ
+/// by less than this time.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// The longest time between the start of a motion and the first joint state of its run \[s\].
@@ -80,7 +81,7 @@ pub(super) struct RunReader {
     /// Whether the servo sent nothing in the last recorded cycle.
     sent_nothing: bool,
     motions: MotionRows,
-    /// The reason why a joint state was rejected, for the first joint state that does not belong to this arm.
+    /// The error of the first joint state that does not belong to this arm.
     unusable: Option<StateError>,
 }
 
@@ -169,12 +170,12 @@ impl RunReader {
                 self.announced.push((change.stamp.nanoseconds(), self.kind.from_store(&store)?));
             }
         }
-        // The next parameters are last in the list.
+        // The latest parameters come first, because `apply_until` pops the next ones from the end.
         self.announced.sort_by_key(|(stamp, _)| std::cmp::Reverse(*stamp));
         Ok(())
     }
 
-    /// Applies the parameters that were announced up to `time` \[s\].
+    /// Applies the parameters that were announced up to `time` \[s\], counted from `origin` \[ns\].
     fn apply_until(&mut self, time: f64, origin: i64) {
         let seconds = |stamp: i64| (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
         while let Some((stamp, _)) = self.announced.last().filter(|(stamp, _)| seconds(*stamp) <= time) {
@@ -219,7 +220,7 @@ impl RunReader {
         if joints.positions(&state.name, &state.velocity, velocities).is_err() {
             velocities.fill(f64::NAN);
         }
-        // The simultaneous states of all arms make one sample. A silent arm does not delay the others.
+        // One state of each arm makes a sample. An arm that is silent for longer than the timeout does not delay the others.
         (self.fresh[arm], self.heard[arm]) = (true, true);
         let timeout = self.parameters.settings.state_timeout.as_secs_f64();
         let last = self.run.samples.last().map(|last| last.time);
@@ -235,7 +236,7 @@ impl RunReader {
         let jumped = self.has_jumped(time);
         let ServoParameters { arms, settings, .. } = &mut self.parameters;
         arms.evaluate(&self.positions);
-        // If an arm was moved by others, check it from its new position on.
+        // After a jump, something else has moved the arm. The checks start again at its new position.
         if jumped {
             self.gaps = gaps(settings);
         }
@@ -276,7 +277,7 @@ impl RunReader {
         }
     }
 
-    /// Processes the record of a cycle: its jitter, and whether the servo sent nothing.
+    /// Processes the record of a cycle: computes the cycle's jitter, and notes whether the servo sent a command.
     fn take_cycle(&mut self, time: f64, record: &CycleRecord) {
         let sends_nothing = record.output.is_none();
         if std::mem::replace(&mut self.sent_nothing, sends_nothing) && !sends_nothing {
@@ -290,8 +291,8 @@ impl RunReader {
         }
     }
 
-    /// Marks that positions after `time` do not continue the positions before `time`. The record of a cycle arrives later than its
-    /// commands.
+    /// Breaks the curves of commanded positions at `time`. Changes positions that are already stored, because the record of a cycle
+    /// arrives later than its commands.
     fn positions_begin(&mut self, time: f64) {
         for positions in self.run.commands.iter_mut().map(|commands| &mut commands.positions) {
             let before = positions.partition_point(|(of, _)| *of < time).checked_sub(1);
@@ -422,7 +423,7 @@ impl Reader for RunReader {
         self.run.motions = self.motions.finish();
         self.run.show_most();
         let shown = self.run.shown.clone();
-        // The first motion may have begun before the first joint state, but not in another part.
+        // Times count from the first motion of the shown part. This motion may have begun before the part's first joint state.
         let begins = self
             .run
             .motions
@@ -462,7 +463,7 @@ mod tests {
     use super::*;
     use dq_config::ForArm;
 
-    /// Returns the reason why a bag with this joint state, if there is one, cannot be drawn.
+    /// Returns the reason why a bag cannot be drawn that has only this joint state, or no joint state if `state` is `None`.
     fn refused(state: Option<(&[&str], &[f64])>) -> String {
         let parameters = ServoParameters::for_arm("panda").unwrap();
         let mut reader = RunReader::new("run".to_owned(), "/", None, parameters);
@@ -481,7 +482,7 @@ mod tests {
         for (state, why) in [
             (None, "the bag has none on /joint_states"),
             (Some((&["elbow"][..], &[0.0][..])), "is not in the joint state (it has [\"elbow\"])"),
-            // Efforts alone.
+            // A joint state with names but no positions, as for efforts only.
             (Some((&panda, &[])), "7 joint names with 0 positions"),
         ] {
             let refused = refused(state);

@@ -23,7 +23,7 @@ const TYPES: [&str; 6] = [
     "diagnostic_msgs/msg/DiagnosticStatus",
 ];
 
-/// The largest number of arms that are drawn.
+/// The largest number of servos of one kind, and of arms without a known servo, that are drawn.
 const MOST: usize = 64;
 
 /// The runs of a bag, and the parts that could not be read.
@@ -53,7 +53,7 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
         let hearers = targets.entry(message.topic.clone()).or_insert_with(|| {
             (0..readers.len()).filter(|number| readers[*number].hears(&message.topic)).collect()
         });
-        // The time increases, whatever a damaged bag contains.
+        // The time never decreases, whatever a damaged bag contains.
         time = seconds(&message, origin).max(time);
         for number in hearers {
             readers[*number].take(time, origin, &message);

@@ -32,21 +32,23 @@ pub struct Replayed {
     pub largest_difference: f64,
     /// The unit of the commands.
     pub unit: &'static str,
-    /// The time of the cycle with the first differing command, counted from the first cycle \[s\]; `None` if no command differs.
+    /// The time of the cycle with the first differing command, counted from the first compared cycle \[s\]; `None` if no command
+    /// differs.
     pub first_difference_s: Option<f64>,
-    /// The time intervals in which commands were compared \[s\], counted from the first cycle.
+    /// The time intervals in which commands were compared \[s\], counted from the first compared cycle.
     pub judged_s: Vec<(f64, f64)>,
-    /// The number of commands that could not be compared, because earlier cycles are missing and no replay could begin since then.
+    /// The number of commands that could not be compared, because cycles before them are missing and no cycle with a saved state came
+    /// since then.
     pub not_judged: u64,
     /// The number of missing cycles. A gap ends the comparison until the next cycle with a saved state.
     pub inputs_missing: u64,
-    /// The number of cycles that are repeated or out of order. Each of these cycles is compared once.
+    /// The number of skipped cycles: those that repeat an earlier cycle or are out of order.
     pub repeated: u64,
     /// The number of messages that cannot be read.
     pub damaged: u64,
-    /// The motions of the replay. Their times count from the first command \[s\].
+    /// The motions of the replay. Their times count from the first compared cycle \[s\].
     pub motions: Vec<MotionRow>,
-    /// The reason why nothing is replayed; `None` if at least one cycle is replayed.
+    /// The reason why no command was compared; `None` if at least one command was compared.
     pub why_not: Option<String>,
 }
 
@@ -60,7 +62,7 @@ pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
     const MOST: usize = 64;
     let mut servos = BTreeMap::<_, Replica>::new();
     bag.give_only(&[UInt8MultiArray::TYPE]);
-    // The list of topics is enough to reject the bag.
+    // Without a topic of records, the bag is rejected before any message is read.
     let messages = if bag.topics().iter().any(is_record) { Some(bag) } else { None };
     for message in messages.into_iter().flatten() {
         let Some(node) = message.topic.strip_suffix("/events") else { continue };
@@ -84,8 +86,8 @@ fn is_record(topic: &Topic) -> bool {
     topic.name.ends_with("/events") && topic.message == UInt8MultiArray::TYPE
 }
 
-/// Returns, for the node of each servo of a bag, the time from which it can be replayed: seconds after the bag's beginning, or
-/// `None` if it cannot be replayed. Reads no more of the bag than necessary.
+/// Returns for each servo in a bag, by the name of its node, the time from which the servo can be replayed. The time is in seconds
+/// after the bag's beginning; `None` if the servo cannot be replayed. Reads no more of the bag than necessary.
 pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
     let records = bag.topics().into_iter().filter(is_record);
     let node = |topic: &str| topic.strip_suffix("/events").map(|node| shown(node, NAME));
@@ -164,7 +166,8 @@ impl Running {
     }
 }
 
-/// Adds the live keep-outs to the settings, if they can be parsed.
+/// Adds the live keep-outs `drawn` to the settings. Leaves out texts that are not keep-outs, and all keep-outs if the settings have
+/// no room for them.
 fn with_drawn(settings: Settings, drawn: &[String]) -> Settings {
     let solids: Vec<KeepOut> = drawn.iter().filter_map(|text| text.parse().ok()).collect();
     settings.keeping_out_of(&solids).unwrap_or(settings)
@@ -212,7 +215,7 @@ impl Replica {
         self.replayed.unit = if takes_positions { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
         let first = *self.first.get_or_insert(record.now);
         let time = record.now.saturating_sub(first).as_secs_f64();
-        // A damaged state may be decoded and still be inconsistent.
+        // A saved state that is damaged may still be decoded. The cycle may then panic.
         let cycle = AssertUnwindSafe(|| running.cycle(record).map(|sent| sent.map(<[f64]>::to_vec)));
         let Ok(sent) = catch_unwind(cycle) else {
             self.running = None;

@@ -16,7 +16,7 @@ use std::ops::Range;
 pub struct RecordedRun {
     /// The name of the bag, and the namespace of the run.
     pub name: String,
-    /// The joint names, arm after arm. With two arms, each has the prefix of its arm.
+    /// The joint names, arm after arm. With two arms, each name begins with the prefix of its arm.
     pub joints: Vec<String>,
     /// The arms, in the base frame of the first arm.
     pub arms: Vec<Chain>,
@@ -29,13 +29,13 @@ pub struct RecordedRun {
     /// The reported distances between the two nearest parts \[m\], with their times; NaN at times when no parts were near each
     /// other.
     pub clearances: Thinned<(f64, f64)>,
-    /// All keep-outs of the run, with their first shapes.
+    /// All keep-outs of the run, each with its first shape.
     pub keep_outs: Vec<KeepOut>,
-    /// All keep-ins of the run, with their first shapes.
+    /// All keep-ins of the run, each with its first shape.
     pub keep_ins: Vec<KeepOut>,
-    /// When the arm first overlapped with a keep-out or with itself, unless it overlapped from the start.
+    /// The first overlap of the arm with a keep-out or with itself, and its time. An overlap that exists from the start does not count.
     pub inside: Option<(f64, Violation)>,
-    /// The deviation of each cycle from its period \[ms\]. In a long run, an entry has the worst of several cycles.
+    /// The deviations of the cycles from their period \[ms\], with their times. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,
     /// The changes of goal, law or state.
     pub changes: Thinned<Change>,
@@ -51,7 +51,8 @@ pub struct RecordedRun {
     pub damping_thresholds: Vec<(f64, f64)>,
     /// The goal tolerance when the servo started.
     pub tolerance: Tolerance,
-    /// Whether the servo's parameters are in the bag. If not, default parameters are assumed.
+    /// Whether the servo's parameters are in the bag. If not, the parameters that the caller of [`recorded`](crate::recorded) gave are
+    /// assumed.
     pub parameters_known: bool,
     /// The time interval that figures show. Parts of the run that are far away from it are left out.
     pub shown: Range<f64>,
@@ -59,15 +60,14 @@ pub struct RecordedRun {
     pub notes: Vec<String>,
 }
 
-/// A gap between joint states that is longer than this \[s\] separates two parts of a run.
+/// A gap between joint states that separates two parts of a run is longer than this \[s\].
 const APART: f64 = 60.0;
 
-/// Two parts of a run count as far from each other if the gap between them is longer than this many times the duration of all
-/// parts.
+/// A gap that separates two parts of a run is also longer than this many times the recorded duration.
 const FAR: f64 = 10.0;
 
-/// Splits a run at its long gaps in time: longer than `APART`, and longer than `FAR` times the recorded duration. Returns the interval
-/// \[s\] and the number of states of each part.
+/// Splits a run at its long gaps: those longer than [`APART`] and longer than [`FAR`] times the recorded duration. The recorded duration
+/// is the time without gaps longer than [`APART`]. Returns the time interval \[s\] and the number of joint states of each part.
 fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
     let steps = times.clone().zip(times.clone().skip(1)).map(|(one, next)| next - one);
     let recorded: f64 = steps.filter(|step| *step <= APART).sum();
@@ -108,7 +108,7 @@ impl RecordedRun {
         self.clearances.iter().map(|(_, clearance)| *clearance).filter(|it| it.is_finite()).reduce(f64::min)
     }
 
-    /// Adds the keep-outs and keep-ins of `scene` with new names.
+    /// Adds those keep-outs and keep-ins of `scene` whose names are new.
     pub(super) fn add_scene(&mut self, scene: Option<&Scene>) {
         let Some(scene) = scene else { return };
         for (known, next) in
@@ -122,7 +122,7 @@ impl RecordedRun {
         }
     }
 
-    /// Selects the part with the most joint states to be shown. Adds notes about the other parts.
+    /// Lets figures show the part of the run with the most joint states. Adds notes about the other parts.
     pub(super) fn show_most(&mut self) {
         let parts = parts(self.samples.iter().map(|sample| sample.time));
         let Some((shown, _)) = parts.iter().max_by_key(|(_, count)| *count).cloned() else { return };
@@ -209,7 +209,7 @@ pub struct MotionRow {
     pub run: String,
     /// The number of the motion in this bag, counted from 1.
     pub motion: usize,
-    /// The law at the start, followed by the laws of later reports.
+    /// The law at the start of the motion, followed by other laws during the motion, separated by commas.
     pub law: String,
     /// The gains of the law, as text.
     pub gains: String,
@@ -223,7 +223,7 @@ pub struct MotionRow {
     pub reconfigured: bool,
     /// The publisher of the goal.
     pub asked_by: Option<String>,
-    /// The goal; the last goal of a stream.
+    /// The goal. For a stream, its last goal.
     pub goal: Option<PoseNumbers>,
     /// The figures of the motion.
     #[serde(flatten)]

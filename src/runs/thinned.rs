@@ -34,7 +34,7 @@ impl<T> Thinned<T> {
         self.came += 1;
     }
 
-    /// Drops every other entry. `next` is the entry to be added afterwards.
+    /// Drops every other entry, and merges each dropped entry into the entry after it. `next` is the entry to be added afterwards.
     fn halve(&mut self, next: &mut T) {
         let mut going = None;
         for (i, mut entry) in std::mem::take(&mut self.kept).into_iter().enumerate() {

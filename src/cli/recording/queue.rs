@@ -51,13 +51,13 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// Announces a topic, so that the bag has the topic even if it has no messages.
+    /// Announces a topic, so that the bag has the topic even if no message arrives.
     pub fn topic(&self, topic: &Arc<TopicRecord>) {
         // If the queue is full, the topic will be added with its first message.
         let _ = self.items.try_send(Item::Topic(topic.clone()));
     }
 
-    /// Queues a message, or counts it as dropped.
+    /// Queues a message. If the queue has no room, counts the message as dropped.
     pub fn message(&self, topic: &Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8>) {
         let size = cdr.len();
         let before = self.counts.waiting.fetch_add(size, Ordering::Relaxed);
@@ -101,7 +101,7 @@ impl WritingThread {
         let (tell, failure) = watch::channel(None);
         let sink = Sink { bag, topics: HashMap::new(), counts: counts.clone() };
         let run = move || {
-            // Report the error at the end, when receiving has ended.
+            // At this point `run` has ended the receiving, so that nobody who hears of the error can queue more messages.
             sink.run(receiver)
                 .inspect_err(|why| drop(tell.send_replace(Some(why.to_string()))))
                 .map_err(RecordingError::from)
@@ -136,7 +136,7 @@ impl WritingThread {
 /// The writer's end of the queue.
 struct Sink {
     bag: BagWriter,
-    /// The topics by name. A topic may be announced again with other publishers.
+    /// The topics in the bag, by name. If a topic is announced again with other publishers, it keeps its entry.
     topics: HashMap<String, TopicId>,
     counts: Arc<Counts>,
 }

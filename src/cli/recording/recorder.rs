@@ -114,7 +114,7 @@ impl Recorder {
     }
 }
 
-/// At the end, messages that have already arrived are taken for this time.
+/// How long the receivers may still take messages that have arrived when the recording ends.
 const LAST_TAKE: Duration = Duration::from_millis(100);
 
 /// The QoS of a subscription.
@@ -161,7 +161,7 @@ struct Watcher {
     selection: Selection,
     queue: Queue,
     receiving: BTreeMap<String, Receiving>,
-    /// The topics that cannot be recorded, with reasons. Each is logged once.
+    /// The reasons why topics cannot be recorded. Each reason is logged once.
     refused: BTreeSet<String>,
     report: watch::Sender<BTreeSet<String>>,
     tell_heard: watch::Sender<BTreeSet<String>>,
@@ -290,7 +290,7 @@ struct Receiver {
 impl Receiver {
     async fn run(self, mut subscription: RawSubscription) {
         while let Some(message) = subscription.next().await {
-            // Another subscription receives latched messages again.
+            // A second subscription to the topic receives latched messages again. Such repetitions are skipped.
             let Some(missed) = self.sequences.take(message.publisher, message.sequence) else { continue };
             self.queue.lost(missed);
             self.queue.message(&self.topic, message.received, message.sent, message.cdr);

@@ -1,4 +1,4 @@
-//! Requests of the page to this program, not to the robot: races and recordings.
+//! Performs the requests of the live page that concern this program rather than the robot: races of two laws, and recordings.
 
 use super::race::RaceNodes;
 use super::recording::Recording;
@@ -11,7 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 use tokio::task::{JoinSet, spawn_blocking};
 
-/// Performs tasks until the page is closed.
+/// Performs the requests until the page is closed.
 pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
@@ -25,7 +25,7 @@ pub(super) struct Runner {
 }
 
 impl Runner {
-    /// Creates the runner, which writes races to the channel `show`.
+    /// Creates the runner, which sends the pictures of races to the channel `show`.
     pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
         let (environment, ros_args) = (environment.clone(), ros_args.clone());
         let races = u64::try_from(since_1970().as_millis()).unwrap_or_default();
@@ -70,7 +70,7 @@ impl Runner {
         }
         let [one, other] = &race.laws;
         let done = Answer::done(format!("{one} and {other} from where the last motion began"));
-        // Four nodes take seconds to start, and a stop must not wait for them.
+        // Four nodes take seconds to start. They start on another thread, so that a stop need not wait for them.
         let (environment, goal) = (self.environment.clone(), race.goal);
         let nodes = spawn_blocking(move || RaceNodes::start(&environment, &race)).await??;
         self.races += 1;

@@ -57,7 +57,7 @@ impl Compare {
         if let Some(switch) = self.switch() {
             return self.switched(&study, switch);
         }
-        // Other programs may run these tasks at the same time.
+        // The tasks are written first, so that other programs can run them at the same time.
         study.write_tasks(&self.out.join("tasks.jsonl"))?;
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
@@ -85,7 +85,7 @@ impl Compare {
     }
 
     fn switched(&self, study: &Study, switch: Switch) -> anyhow::Result<()> {
-        // Other programs are compared with the constraints.
+        // Only the study of the constraints is compared with other programs.
         let peers = match switch == Switch::Constraints {
             true => PeerRuns::read(study, &self.out)?,
             false => PeerRuns::default(),

@@ -171,7 +171,7 @@ fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
     let (chain, papers) = (parameters.arms.chain(), papers_chain()?);
-    // Leave out the tool.
+    // The paper's arm with another tool is still the built-in arm.
     let mut bare = chain.clone();
     bare.set_tool_offset(papers.tool_offset());
     let is_builtin = !arm.is_some() && bare == papers;
@@ -214,8 +214,8 @@ async fn in_a_browser(
     }
 }
 
-/// Makes the paper's motions of relative position control: to twice the distance with the transposed form, and back with the
-/// inverse form. The way back also controls the orientation.
+/// Makes the paper's motions of relative position control: to twice the distance with the transposed Jacobian, and back with the
+/// damped inverse. The motion back also controls the orientation.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = two_arm_scene(setting)?;
     let play = async |nodes: &mut NodeSet<'_>| {
@@ -246,7 +246,7 @@ fn two_arm_scene<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     Ok(Scene { nodes: NodeSet::set(setting, servo, vec![left, right])?, start, goal, joints })
 }
 
-/// Returns the command line of the plant in the namespace `side`. The plant starts at `theta` \[rad\], unless `ros_args` give other
+/// Returns the ROS arguments of the plant in the namespace `side`. The plant starts at `theta` \[rad\], unless `ros_args` give other
 /// initial positions.
 fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     let mut args = ros_args.clone();

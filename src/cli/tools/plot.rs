@@ -82,7 +82,7 @@ impl Plot {
 }
 
 impl Plot {
-    /// Writes into the folder the names of the bags whose figures it has.
+    /// Writes into the output folder the paths of the bags whose figures will be in the folder.
     ///
     /// # Errors
     /// [`Usage`] if the folder has figures of other bags. The figures are not overwritten.

@@ -18,7 +18,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Begins the progress of `count` items, called `what`.
+    /// Begins to show the progress of a task with `count` items, which are called `what`.
     pub fn new(what: &'static str, count: u64) -> Self {
         Self::shown(what, count, std::io::stderr().is_terminal())
     }

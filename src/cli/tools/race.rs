@@ -77,7 +77,7 @@ impl RaceNodes {
             }
         }
         for servo in self.servos {
-            // These simulated arms need not come to rest.
+            // Errors do not matter, because these simulated arms need not come to rest.
             let _ = servo.shut_down().await;
         }
     }
@@ -91,8 +91,8 @@ fn in_namespace(namespace: &str) -> RosArgs {
     RosArgs { remaps, log_level: Some(LogLevel::Warn), ..RosArgs::default() }
 }
 
-/// Returns the command line of servo and arm under the law `law`. Apart from the law, the parameters are those of the servo that
-/// the page shows.
+/// Returns the ROS arguments of a servo with the law `law`, and of its simulated arm. Apart from the law, the parameters are those of
+/// the servo that the page shows.
 fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
     let give = |node, name: &str, value| Override::Value { node: Some(node), name: name.to_owned(), value };
     let mut args = in_namespace(namespace);

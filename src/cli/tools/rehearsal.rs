@@ -9,8 +9,8 @@ use std::time::Duration;
 /// The longest motion that is worth watching.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Fractions of the distance from the start. The rehearsal uses the first fraction at which one law reaches the goal and another
-/// law returns.
+/// Fractions of the joints' way from the start to the farthest goal to try. The rehearsal uses the first fraction at which one law
+/// reaches the goal and another law returns.
 const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// Returns the law for the way back.
@@ -39,7 +39,7 @@ pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> anyhow::Resu
     Ok(beside)
 }
 
-/// Returns the joint positions at which an ideal arm settles at `goal`; `None` if it does not settle in time.
+/// Returns the joint positions at which an ideal arm settles at `goal`; `None` if the arm does not settle in time.
 fn end(
     parameters: &ServoParameters,
     law: Law,

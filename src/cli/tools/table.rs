@@ -12,7 +12,7 @@ const WIDTH: u16 = 80;
 /// The columns that contain names. All other columns contain numbers, which are right-aligned and never wrapped.
 const NAMES: [&str; 2] = ["run", "law"];
 
-/// Creates a table without lines, with these column names. If stdout is a terminal, names are wrapped to its width.
+/// Creates a table without lines, with these column names. If stdout is a terminal, names are wrapped so that the table fits into it.
 pub(super) fn table<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
     let terminal = tcgetwinsize(stdout()).ok().map(|size| size.ws_col.max(WIDTH));
     table_in(terminal, header)

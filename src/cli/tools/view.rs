@@ -153,7 +153,8 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// Creates the page that `server` serves. When the page is closed, the task of `viewer` ends.
+    /// Creates the page that `server` serves. `viewer` returns the task of the page's node. This task ends when the channel given to
+    /// `viewer` reports that the page is closed.
     fn new<F: Future<Output = ()> + Send + 'static>(
         server: Server,
         viewer: impl FnOnce(oneshot::Receiver<()>) -> F,

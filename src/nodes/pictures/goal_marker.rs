@@ -127,7 +127,7 @@ impl GoalMarker {
 fn controls() -> Vec<InteractiveMarkerControl> {
     let half = FRAC_1_SQRT_2;
     let turned = |y, z, w| Quaternion { x: 0.0, y, z, w };
-    // The rotations from x to x, to y, and to z.
+    // The rotations that turn the x axis to the x, the y and the z axis.
     let axes =
         [("x", turned(0.0, 0.0, 1.0)), ("y", turned(0.0, half, half)), ("z", turned(-half, 0.0, half))];
     let modes =

@@ -42,8 +42,9 @@ pub(crate) struct Moment {
     pub motion: u64,
     /// The name of the law.
     pub law: &'static str,
-    /// The keep-outs, and the pair that is nearest to each other.
+    /// The scene, whose keep-outs and keep-ins are drawn.
     pub scene: Option<Arc<Scene>>,
+    /// The pair of parts that are closest to each other.
     pub closest: Option<ClosePair>,
 }
 

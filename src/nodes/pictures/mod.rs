@@ -46,7 +46,7 @@ impl MomentSlot {
     }
 }
 
-/// The publishers, and the last published numbers of markers.
+/// The publishers of the pictures, and what was published last.
 struct Pictures {
     slot: MomentSlot,
     markers: Publisher<MarkerArray>,
@@ -69,8 +69,8 @@ struct Pictures {
     log: Logger,
 }
 
-/// Publishes pictures of the moments in the returned slot until the node is dropped. If a user drags the goal in `frame`, publishes
-/// it like any other goal.
+/// Publishes pictures of the moments in the returned slot until the node is dropped. If a user drags the goal, publishes the new goal
+/// like any other publisher of goals. `frame` is the frame of the goal.
 ///
 /// # Errors
 /// [`RosError`].

@@ -9,7 +9,8 @@ const TURN: f64 = 0.02;
 /// The largest number of poses.
 const MOST: usize = 400;
 
-/// If the tool moves farther than this between two poses \[m\], it has jumped, for example because a simulated arm was reset.
+/// If the tool moves farther than this between two poses \[m\], the tool has jumped, for example because a simulated arm was reset.
+/// For a longer path, this distance grows.
 const JUMP: f64 = 0.2;
 
 /// The path of the tool.
@@ -56,7 +57,7 @@ impl Trace {
         &self.poses
     }
 
-    /// Returns poses that are `step` \[m\] or `turn` \[rad\] apart. A frame is drawn at each of these poses.
+    /// Returns poses at which frames are drawn. These poses are at least `step` \[m\] or `turn` \[rad\] apart.
     pub fn spaced(&self, step: f64, turn: f64) -> Vec<&Pose> {
         let mut spaced: Vec<&Pose> = Vec::new();
         for pose in &self.poses {

@@ -20,8 +20,9 @@ fn time_axis(runs: &[StyledRun]) -> Axis {
     Axis::new(&format!("time from {zero} [s]"), if start < end { start..end } else { start..start + 1.0 })
 }
 
-/// The style of the marks for goals and laws: solid and black.
+/// The style of the marks for changes of the goal or the law.
 const GOAL_OR_LAW: (Line, Color) = (Line::Solid, INK);
+/// The style of the marks for changes of the servo's state.
 const STATE: (Line, Color) = (Line::Dashed, LIMIT);
 
 /// Returns a panel of `series`, with marks for the changes in the runs. The legend explains the marks.
@@ -43,7 +44,7 @@ fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[StyledRun]) -> P
     panel
 }
 
-/// Yields the changes to mark. If there are too many changes to distinguish, yields only some of them, which are far enough apart.
+/// Yields the changes to mark. If there are too many changes to distinguish, leaves out those that are too close to the previous one.
 fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Change> {
     /// The largest number of marks of one kind.
     const MOST: usize = 100;
@@ -119,9 +120,9 @@ fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Serie
     values.into_iter().map(|value| line(value).dashed()).collect()
 }
 
-/// Returns lines at a bound over the whole time. `holds` returns the bounds of a run, with the times \[s\] from which they apply.
-/// `value` returns the number of a bound. If all runs have the same bounds, there is one line. Otherwise there is a line for each
-/// run, in the run's color.
+/// Returns the lines of a bound, such as a limit, which may change during a run. `holds` returns the bounds of a run, each with the
+/// time \[s\] from which it applies. `value` returns the number of a bound. If all runs have the same bounds, there is one line.
+/// Otherwise there is a line for each run, in the run's color.
 fn bounds<V: PartialEq>(
     name: &str,
     runs: &[StyledRun],
@@ -146,7 +147,7 @@ fn bounds<V: PartialEq>(
     lines.filter(|line| !line.points.is_empty()).collect()
 }
 
-/// Removes values that are equal to the previous one.
+/// Removes each value that is equal to the value before it.
 fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
     values.dedup_by(|next, before| next.1 == before.1);
     values
@@ -231,7 +232,7 @@ fn unwound(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     broken.collect()
 }
 
-/// Returns the commands of this kind to a joint, if there are any.
+/// Returns the curve of the commands of this kind to a joint, if there are any.
 fn commanded(
     drawn: &StyledRun,
     kind: impl Fn(&ArmCommands) -> &Thinned<(f64, Vec<f64>)>,

@@ -24,8 +24,8 @@ pub(super) struct CurveStyle {
 const COLORS: [Color; 6] =
     [[170, 51, 119], [86, 180, 233], [230, 159, 0], [90, 90, 90], [148, 103, 189], [140, 86, 75]];
 
-/// Returns the runs with their styles. If each law occurs in one run only, its curve has the law's own color. Otherwise each law of
-/// each run has its own color, which does not stand for a law.
+/// Returns the runs with their styles. If each law occurs in one run only, its curve has the law's own color. Otherwise the curves of
+/// each law in each run have one of [`COLORS`].
 pub(super) fn styles(runs: &[RecordedRun]) -> Vec<StyledRun<'_>> {
     let keys = keys(runs);
     let laws: Vec<_> =
@@ -53,8 +53,8 @@ fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
     each_once(runs.iter().enumerate().flat_map(of_run))
 }
 
-/// Returns the laws of a run, and the time when each was in force. The first law counts from the beginning of the run, and the last
-/// law until its end. If the run has motions, laws without a motion are left out.
+/// Returns the laws of a run, each with the time range in which it was in force. The range of the first law has no beginning, and
+/// that of the last law no end. If the run has motions, laws without a motion are left out.
 fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
     let moved = |(_, law): &&(f64, String)| {
         let mut of_motions = run.motions.iter().flat_map(|motion| motion.law.split(", "));
@@ -70,7 +70,7 @@ fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
 }
 
 impl CurveStyle {
-    /// Returns the part of a curve while the law is in force. Adds the next point, so that the curve does not break.
+    /// Returns the part of a curve during which the law is in force. Adds the point after this part, so that the curve does not break.
     pub fn part_of<'a, V>(&self, points: &'a [(f64, V)]) -> &'a [(f64, V)] {
         let index = |time: f64| points.partition_point(|(at, _)| *at < time);
         &points[index(self.time.start)..(index(self.time.end) + 1).min(points.len())]
@@ -78,7 +78,7 @@ impl CurveStyle {
 }
 
 impl StyledRun<'_> {
-    /// Yields the samples of each style. Adds the next sample, so that curves do not break.
+    /// Yields each style with its samples. Adds the sample after them, so that curves do not break.
     pub fn samples(&self) -> impl Iterator<Item = (&CurveStyle, &[Sample])> {
         let index = |time: f64| self.run.samples.partition_point(|sample| sample.time < time);
         self.styles.iter().map(move |style| {

@@ -1,4 +1,4 @@
-//! Outlines of keep-outs near the paths.
+//! Outlines of keep-outs and keep-ins near the paths that a figure shows.
 
 use dq_space::space::{Segment, Shape};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 /// The distance between the points of a line \[m\].
 const STEP: f64 = 5e-3;
-/// The largest distance from the paths at which a keep-out is drawn \[m\].
+/// The largest distance from the bounding box of the paths at which a keep-out is drawn \[m\].
 const MARGIN: f64 = 0.25;
 /// The number of points of a circle.
 const ROUND: u32 = 48;

@@ -11,6 +11,7 @@ use nalgebra::{Isometry3, Vector3};
 
 /// Returns frames along the path. The frames are far enough apart to be distinguished, and farther apart if there are many motions.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
+    /// A distance \[m\] and an angle \[rad\]. Frames that differ by either of them can be distinguished.
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
     let is_apart = |sample: &&Sample| {
@@ -26,7 +27,7 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     run.samples.iter().filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
 }
 
-/// Returns the start, the goals of the motions, and the end as named points. If there are many goals, leaves out their numbers.
+/// Returns the start, the goals of the motions, and the end as named points. If there are many goals, the goals have no names.
 fn places(run: &RecordedRun) -> Vec<Place> {
     /// The largest number of goals that are named.
     const NAMED: usize = 9;
@@ -65,7 +66,7 @@ pub(super) fn tool_path(runs: &[StyledRun]) -> Figure {
     let paths = |(style, samples): (&CurveStyle, &[Sample])| {
         samples.chunk_by(|_, next| !next.jumped).map(|way| path(style, way)).collect::<Vec<_>>()
     };
-    // For a stream of goals, this draws the path of the goals, without a goal from before the first motion.
+    // Goals from before the first motion are left out. A run with a stream of goals gets a path through its goals.
     let moved = |drawn: &StyledRun| {
         drawn.run.goals.iter().filter(|(time, _)| *time >= 0.0).map(|(_, goal)| *goal).collect::<Vec<_>>()
     };

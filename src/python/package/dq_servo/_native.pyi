@@ -34,7 +34,7 @@ class Pose:
 
     @staticmethod
     def screw_exp(twist: ArrayLike) -> Pose:
-        """Returns the exponential of SE(3) of a twist (angular, linear)."""
+        """Returns the pose that a constant twist (angular, linear) reaches in unit time: the exponential of SE(3)."""
 
     @staticmethod
     def half_exp(log: ArrayLike) -> Pose:
@@ -54,7 +54,7 @@ class Pose:
         """Returns the homogeneous 4×4 matrix."""
 
     def adjoint(self) -> Array:
-        """Returns the 6×6 matrix from twists of the body to twists in the base frame."""
+        """Returns the 6×6 matrix that maps twists in the frame of this pose to twists in the base frame."""
 
     def screw_log(self) -> Array:
         """Returns the logarithm of SE(3): the twist (angular, linear) that reaches this pose in unit time."""
@@ -89,13 +89,13 @@ class Chain:
         """Returns the tool pose in the base frame (eq. 14)."""
 
     def link_poses(self, theta: ArrayLike) -> list[Pose]:
-        """Returns the frame that moves with each joint, with z along its axis."""
+        """Returns the pose of each link: of the frame that moves with a joint and has its z axis along the joint's axis."""
 
     def jacobian(self, theta: ArrayLike) -> Array:
         """Returns the 6×n Jacobian of the twist (angular, linear) of the tool point, along the base's axes."""
 
     def body_jacobian(self, theta: ArrayLike) -> Array:
-        """Returns the 6×n Jacobian of the tool's twist in its own frame."""
+        """Returns the 6×n Jacobian of the tool's twist (angular, linear) in the tool frame."""
 
     def pose_jacobian(self, theta: ArrayLike) -> Array:
         """Returns the 8×n Jacobian of the pose's dual quaternion (eq. 16–20)."""
@@ -104,16 +104,16 @@ class Chain:
         """Returns `jacobian(theta) @ theta_dot` without computing the matrix."""
 
     def forward_kinematics_batch(self, thetas: ArrayLike) -> Array:
-        """Returns the N×8 dual quaternions of N×n joint positions."""
+        """Returns the tool poses at N×n joint positions, as N×8 dual quaternions."""
 
     def jacobian_batch(self, thetas: ArrayLike) -> NDArray[float64]:
-        """Returns the N×6×n Jacobians of N×n joint positions, like `jacobian`."""
+        """Returns the N×6×n Jacobians at N×n joint positions, like `jacobian`."""
 
 class Law:
     """A control law with its gains: one of `laws()`, or your own function.
 
     The function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist (angular, linear) that moves the
-    tool there at gain 1: `Law(lambda goal: goal.screw_log())` is logc.
+    tool to the goal at gain 1: `Law(lambda goal: goal.screw_log())` is logc.
     """
 
     def __init__(
@@ -124,20 +124,21 @@ class Law:
         aim: Literal["pose", "position", "position_and_axis", "orientation", "distance"] = "pose",
         map: Literal["damped_inverse", "transpose"] = "damped_inverse",
     ) -> None:
-        """Creates a law. `gains` is one number for all gains, or a list of all; `map` maps the twist of a function to joint velocities."""
+        """Creates a law. `gains` is one number for all gains, or a list with a number for each gain. `map` says how the twist of your own
+        function becomes joint velocities."""
 
     @property
     def name(self) -> str: ...
     @property
     def gains(self) -> list[float]: ...
     def step(self, chain: Chain, theta: ArrayLike, goal: Pose) -> Array:
-        """Returns joint velocities [rad/s, prismatic: m/s] towards the goal, with the nearer of its two signs."""
+        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts."""
 
     def step_batch(self, chain: Chain, thetas: ArrayLike, goals: ArrayLike) -> Array:
         """Returns the N×n joint velocities for N×n joint positions and N×8 goals."""
 
     def twist(self, tool_from_goal: Pose) -> Array:
-        """Returns the twist (angular, linear) of a tool without an arm."""
+        """Returns gain times error: the twist (angular, linear) with which a free tool would move."""
 
 class Servo:
     """The servo with all safety rules, in fake time that you provide.
@@ -152,10 +153,10 @@ class Servo:
         *,
         law: Law | None = None,
     ) -> None:
-        """Creates a servo of one of `arms()`, or of a parameter file. Without `arm`, the parameters describe the arm by DH rows or
+        """Creates a servo for `arm`, one of `arms()` or a parameter file. Without `arm`, the parameters describe the arm by DH rows or
         `robot_description`.
 
-        A law of the table sets the parameters of that law. Your own function stays in force until another law, or `controller`, is set.
+        One of `laws()` sets the parameters of that law. Your own function stays in force until another law, or `controller`, is set.
         """
 
     def set_goal(self, base_from_goal: Pose) -> None:
@@ -171,8 +172,8 @@ class Servo:
     ) -> Array | None:
         """Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
 
-        `positions` are the joint positions that arrived since the previous cycle, or None; `stamp` [s] is when they were measured, by the
-        clock of `now`. The default is `now`.
+        `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
+        same clock as `now`. Without `stamp`, they were measured at `now`.
         """
 
     def stop(self) -> None:
@@ -182,7 +183,7 @@ class Servo:
         """Pauses or goes on, like `~/pause`."""
 
     def reconfigure(self) -> None:
-        """Lets a stalled arm go to the other configuration that was found, like `~/reconfigure`."""
+        """Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`."""
 
     def configure(self, parameters: Parameters | None = None, *, law: Law | None = None) -> None:
         """Sets all of these parameters or none, from the next cycle on."""
@@ -205,7 +206,7 @@ class Servo:
 
     @property
     def status(self) -> dict[str, Any]:
-        """The content of `~/status`: the state, its reason, who asked and what revoked that, and the figures of the motion."""
+        """The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the figures of the motion."""
 
 class Run:
     """The run of one servo in a bag. Times are counted from its first motion [s]."""
@@ -226,7 +227,7 @@ class Run:
 
     @property
     def errors(self) -> Curve:
-        """Times, and N×2 distances [m] and angles [rad] to the goal that the servo reported."""
+        """Times, and the N×2 errors that the servo reported: distance [m] and angle [rad] to the goal."""
 
     @property
     def commands(self) -> list[Curve]:
@@ -234,7 +235,7 @@ class Run:
 
     @property
     def laws(self) -> list[tuple[float, str]]:
-        """The laws, with the times since which they were in force."""
+        """The laws, each with the time from which it was in force."""
 
     @property
     def motions(self) -> list[dict[str, Any]]:
@@ -244,16 +245,18 @@ def arms() -> list[str]:
     """Returns the names of the built-in arms."""
 
 def laws() -> list[str]:
-    """Returns the names of the laws in the table."""
+    """Returns the names of the library's laws."""
 
 def recorded(path: str | PathLike[str], arm: str = "puma560") -> list[Run]:
-    """Returns the runs of a bag. Runs without recorded parameters get those of `arm`."""
+    """Returns the runs of a bag. Runs without recorded parameters get the parameters of the built-in `arm`."""
 
 def replay(path: str | PathLike[str]) -> list[dict[str, Any]]:
-    """Replays the runs of a bag through the servo. Returns the number of commands, and of those that differ in any bit."""
+    """Replays the runs of a bag through the servo. Returns for each servo the number of commands, and the number of commands that differ
+    from the recorded ones in any bit."""
 
 def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None = None) -> list[Array]:
-    """Returns the first tasks of the comparison for an arm or a parameter file: N×n start positions of the joints, and N×8 goals."""
+    """Returns the first `count` tasks of the comparison for one of `arms()` or a parameter file: N×n joint positions at the start, and
+    N×8 goals."""
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
     """Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses."""
@@ -268,9 +271,9 @@ def compare(
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
     parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first tasks of an arm. Returns `outcome` and an array for each figure, with NaN for missing values.
+    """Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each figure, with NaN for missing values.
 
-    `parameters` are additional parameters of the servo, by their ROS names, except for the law.
+    `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
     """
 
 def hamilton_plus(a: ArrayLike) -> Array:
