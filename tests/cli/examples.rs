@@ -4,6 +4,8 @@
 mod circle;
 #[path = "../examples/dual_quaternions.rs"]
 mod dual_quaternions;
+#[path = "../examples/laws_with_memory.rs"]
+mod laws_with_memory;
 #[path = "../examples/two_arms.rs"]
 mod two_arms;
 #[path = "../examples/your_law.rs"]
@@ -17,6 +19,11 @@ fn circle() {
 #[test]
 fn dual_quaternions() {
     dual_quaternions::main().unwrap();
+}
+
+#[test]
+fn laws_with_memory() {
+    laws_with_memory::main().unwrap();
 }
 
 #[test]

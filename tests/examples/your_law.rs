@@ -8,8 +8,7 @@ use dq_kinematics::control::{AngularLinear, ControlLaw, PoseError, register};
 use std::error::Error;
 use std::time::Duration;
 
-/// Slides along the logarithm at a speed that does not vanish with the distance: `ξ = k X/√(|X|² + ε²)`, ε = 0.1. The law is of second
-/// order: the velocity approaches this value at 20 1/s, so that no motion begins with a step.
+/// Slides along the logarithm at a speed that does not vanish with the distance: `ξ = k X/√(|X|² + ε²)`, ε = 0.1.
 pub(crate) struct BoundaryLayer;
 
 impl ControlLaw for BoundaryLayer {
@@ -24,10 +23,6 @@ impl ControlLaw for BoundaryLayer {
     fn twist_gains(&self, gains: [f64; 2], (angular, linear): &AngularLinear) -> [f64; 2] {
         let size = (angular.norm_squared() + linear.norm_squared() + 0.1_f64.powi(2)).sqrt();
         gains.map(|gain| gain / size)
-    }
-
-    fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
-        20.0
     }
 }
 

@@ -23,6 +23,7 @@ use super::{
     Revocation, STREAM, Settings, SettingsError, Status,
 };
 use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::control::LawMemory;
 use dq_link::Link;
 use dq_search::Escape;
 use joint_line::JointLine;
@@ -55,6 +56,8 @@ pub struct Servo {
     stream: GoalStream,
     explanation: Explanation,
     escape: Escape,
+    /// What the law remembers of the motion that it drives now.
+    law_memory: LawMemory,
     joint_line: JointLine,
     output: Output,
     /// The updates of motions that wait for [`Servo::take_motions`].
@@ -121,6 +124,7 @@ impl Servo {
             explanation: Explanation::default(),
             motions: MotionLog::default(),
             escape: Escape::new(arms.clone()),
+            law_memory: LawMemory::default(),
             output: Output::new(&arms, &settings, period.as_secs_f64()),
             joint_line: JointLine::new(arms.clone()),
             robot: Robot {
@@ -234,6 +238,7 @@ impl Servo {
         self.end_motion(end);
         self.stream.clear();
         self.explanation.restart();
+        self.law_memory.reset();
         self.mode = next;
     }
 

@@ -1,4 +1,4 @@
-//! The cycle with the second-order law logc_pd.
+//! The cycle with logc_pd, a law with a memory.
 
 use crate::reference::settings;
 use crate::rig::Rig;
@@ -36,13 +36,15 @@ fn it_takes_an_arm_over_at_its_speed() {
     let mut rig = Rig::new();
     rig.run(0.1);
     rig.goal("theta_desired");
-    rig.run(0.6);
+    // Away from singularities. Near one, damping removes a part of the velocity with which the law begins.
+    rig.run(0.2);
     let before = rig.servo.command().to_vec();
     rig.set_law(Law::LogcPd);
     rig.cycle();
     let fastest = before.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
     let change = rig.servo.command().iter().zip(&before).map(|(now, before)| (now - before).abs());
-    assert!(fastest > 0.5 && change.fold(0.0, f64::max) < 0.02 * fastest);
+    let change = change.fold(0.0, f64::max);
+    assert!(fastest > 0.5 && change < 0.02 * fastest, "{change} of {fastest}");
     rig.run_until(State::Settled, 30.0);
 }
 

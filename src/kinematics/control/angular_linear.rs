@@ -2,7 +2,7 @@
 //! same.
 
 use crate::arm::pair::{self, Motions};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error \[rad, m\].
 pub type AngularLinear = (Vector3<f64>, Vector3<f64>);
@@ -37,4 +37,9 @@ pub(super) fn norm((angular, linear): &AngularLinear) -> f64 {
 #[inline(always)]
 pub(super) fn scaled([of_angular, of_linear]: [f64; 2], (angular, linear): &AngularLinear) -> AngularLinear {
     (of_angular * angular, of_linear * linear)
+}
+
+/// Rotates both vectors.
+pub(super) fn rotated(rotation: &UnitQuaternion<f64>, (angular, linear): &AngularLinear) -> AngularLinear {
+    (rotation * angular, rotation * linear)
 }

@@ -48,6 +48,22 @@ impl LawGains {
     }
 }
 
+/// Largest number of numbers that a law can remember.
+pub const MEMORY: usize = 24;
+
+/// The input of a law with a memory in one cycle, along the tool's axes.
+#[derive(Clone, Copy, Debug)]
+pub struct ToolMotion {
+    /// The law's gains; a law with one gain ignores the second number.
+    pub gains: [f64; 2],
+    /// The goal relative to the tool. Components that the [`Aim`] leaves free are 0.
+    pub error: PoseError,
+    /// The twist `(ω, v)` of the tool by the last command [rad/s, m/s].
+    pub twist: AngularLinear,
+    /// The time since the last cycle \[s\].
+    pub period: f64,
+}
+
 /// The input of a law.
 #[derive(Clone, Copy)]
 pub struct LawInput<'a> {
@@ -114,14 +130,32 @@ pub trait ControlLaw: Sync {
         [gain; 2]
     }
 
-    /// Returns the rate at which the arm's velocity approaches the law's velocity [1/s]; see [`Approach`](super::Approach). For a
-    /// first-order law, which sets the velocity, it is infinite. A law with a finite rate sets the acceleration, and the velocity
-    /// is kept from cycle to cycle.
-    fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
-        f64::INFINITY
+    /// Returns how many numbers the law remembers from cycle to cycle during a motion, at most [`MEMORY`]. A law with a memory
+    /// implements [`twist_with_memory`](Self::twist_with_memory).
+    fn memory_size(&self) -> usize {
+        0
     }
 
-    /// Returns the desired twist of the tool `(ω, v)` [rad/s, m/s].
+    /// Sets the `memory` at the beginning of a motion. The first cycle of the motion has the input `_motion`.
+    fn begin(&self, _motion: &ToolMotion, memory: &mut [f64]) {
+        memory.fill(0.0);
+    }
+
+    /// Returns the desired twist of the tool `(ω, v)`, along the tool's axes [rad/s, m/s], and updates the `memory`. Only a law with
+    /// a memory is asked. The same input and the same memory must give the same twist, because the servo may evaluate a cycle
+    /// several times.
+    fn twist_with_memory(&self, motion: &ToolMotion, _memory: &mut [f64]) -> AngularLinear {
+        self.twist(motion.gains, &motion.error)
+    }
+
+    /// Returns the rates at which small errors decay [1/s], as far as the robot's delay is concerned: those of the law without a
+    /// memory that is stable up to the same delay. `rates` are the rates that follow from [`twist_gains`](Self::twist_gains).
+    fn rates_for_delay(&self, _gains: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
+        rates
+    }
+
+    /// Returns the desired twist of the tool `(ω, v)` [rad/s, m/s], along the same axes as `error`. For a law with a memory, this is
+    /// the twist that the law would want without its memory.
     #[inline]
     fn twist(&self, gains: [f64; 2], error: &PoseError) -> AngularLinear {
         let error = self.error(error);

@@ -7,7 +7,6 @@ use super::{Aim, Damping, Law, PoseError};
 use crate::arm::ArmState;
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
-use std::f64::consts::FRAC_PI_2;
 
 /// The present law, with the gains of all laws.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +88,7 @@ impl Controller {
     }
 
     /// Sets `theta_dot` to joint velocities that move `arm` toward `base_from_goal`, whose sign is already chosen [rad/s,
-    /// prismatic: m/s]. Does not allocate.
+    /// prismatic: m/s]. Ignores the memory of a law that has one; see [`LawMemory`](super::LawMemory). Does not allocate.
     ///
     /// `theta_dot` must have one number per joint. This is not checked. A shorter slice gets the velocities of the first joints
     /// only; the end of a longer slice is undefined.
@@ -98,7 +97,11 @@ impl Controller {
     }
 
     #[inline(always)]
-    fn input<'a>(&self, arm: &'a ArmState, base_from_goal: &'a UnitDualQuaternion) -> LawInput<'a> {
+    pub(super) fn input<'a>(
+        &self,
+        arm: &'a ArmState,
+        base_from_goal: &'a UnitDualQuaternion,
+    ) -> LawInput<'a> {
         let Self { law, aim, damping, .. } = *self;
         LawInput { arm, base_from_goal, aim, gains: self.gains(law), damping }
     }
@@ -114,16 +117,10 @@ impl Controller {
         self.aim.leave_tool(arm, theta_dot);
     }
 
-    /// Returns the [rate](super::ControlLaw::approach_rate) at which the arm's velocity approaches the present law's velocity
-    /// [1/s].
-    pub fn approach_rate(&self) -> f64 {
-        self.law.approach_rate(self.gains(self.law))
-    }
-
     /// Returns the fastest rates at which small errors of position and rotation decay at the pose of `arm` [1/s]. With the damped
     /// inverse they are the gains; 0 for a component that the aim leaves free. With the transpose the closed loop is `δθ̇ = −Jᵀ K J
-    /// δθ`, and both rates are `σ_max²(√K J)`. For a second-order law they are the rates of the first-order law that is stable up
-    /// to the same delay.
+    /// δθ`, and both rates are `σ_max²(√K J)`. A law with a memory adapts them
+    /// ([`rates_for_delay`](super::ControlLaw::rates_for_delay)).
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
         let (law, input) = (self.law, self.input(arm, base_from_goal));
         let rates = match law.map() {
@@ -137,7 +134,7 @@ impl Controller {
                 }
             }
         };
-        rates.map(|rate| as_of_first_order(rate, self.approach_rate()))
+        law.rates_for_delay(input.gains, rates)
     }
 
     /// Reduces the law's joint velocities `theta_dot` at the pose of `arm`, so that no error decays faster than the rate `allowed`.
@@ -196,19 +193,4 @@ impl Controller {
 /// Returns the pose error `e = q_d* q` (eq. 28), which is `goal_from_tool`.
 pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
     base_from_goal.inverse() * arm.base_from_tool()
-}
-
-/// Returns the rate of a first-order law that is stable up to the same delay as a second-order law. The second-order law has the
-/// rate λ and the approach rate R [1/s].
-///
-/// At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`. For a first-order law, the delay
-/// τ at the limit is `½π` divided by the rate of that law.
-fn as_of_first_order(rate: f64, approach: f64) -> f64 {
-    if approach.is_infinite() || rate == 0.0 {
-        return rate;
-    }
-    let (half_square, stiffness) = (0.5 * approach.powi(2), approach * rate);
-    // ω² = −½R² + √(¼R⁴ + R²λ²), without cancellation.
-    let frequency = stiffness / (half_square + half_square.hypot(stiffness)).sqrt();
-    FRAC_PI_2 * frequency / approach.atan2(frequency)
 }

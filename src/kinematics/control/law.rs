@@ -1,7 +1,7 @@
 //! The laws by name: built-in laws, and laws that a program has registered.
 
 use super::PoseError;
-use super::control_law::{ControlLaw, Map};
+use super::control_law::{ControlLaw, MEMORY, Map};
 use super::laws::{Diffc, HInfinity, LogcPd, Lq, PredefinedTime, Proportional};
 use dq_common::UnknownName;
 use std::fmt;
@@ -35,6 +35,9 @@ pub enum RegisterError {
     /// There is no room for another law.
     #[error("there is room for {UNLISTED} laws")]
     Room,
+    /// The law's memory is larger than [`MEMORY`](super::MEMORY).
+    #[error("the law remembers {0} numbers, and there is room for {MEMORY}")]
+    Memory(usize),
 }
 
 static NAMES: LazyLock<RwLock<&'static Names>> = LazyLock::new(|| RwLock::new(Names::of(Law::ALL.to_vec())));
@@ -69,15 +72,15 @@ impl Names {
 ///
 /// # Your law
 /// The law of this example moves along the logarithm at a speed that does not decrease with the distance: `ξ = k X/√(|X|² + ε²)`. A
-/// boundary layer of width ε around the goal replaces a switch (Slotine & Li 1991, §7.2). The law is of second order: its velocity is kept
-/// from cycle to cycle and approaches the desired velocity at 20 1/s, so that no motion begins with a step. Here it drives the built-in
-/// arm:
+/// boundary layer of width ε around the goal replaces a switch (Slotine & Li 1991, §7.2). A law can also remember numbers from cycle to
+/// cycle ([`ControlLaw::memory_size`]); the example `laws_with_memory` has an integral law and a sliding-mode law. Here the law drives
+/// the built-in arm:
 ///
 /// ```
 /// use dq_kinematics::arm::ArmState;
 /// use dq_config::{NodeParameters, ServoParameters};
 /// use dq_kinematics::control::{
-///     AngularLinear, Approach, ControlLaw, PoseError, RegisterError, nearer_goal, pose_error, register,
+///     AngularLinear, ControlLaw, LawMemory, PoseError, RegisterError, nearer_goal, pose_error, register,
 /// };
 /// use dq_params::Value;
 ///
@@ -94,9 +97,6 @@ impl Names {
 ///         let size = (angular.norm_squared() + linear.norm_squared() + 0.1_f64.powi(2)).sqrt();
 ///         gains.map(|gain| gain / size)
 ///     }
-///     fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
-///         20.0
-///     }
 /// }
 ///
 /// let law = register(&BoundaryLayer)?;
@@ -109,13 +109,12 @@ impl Names {
 /// assert_eq!(controller.law, law);
 /// let goal = chain.forward_kinematics(&[0.4, -0.9, 0.3, 0.2, 1.2, 0.0])?;
 /// let (mut theta, mut theta_dot) = ([0.0, -1.2, 0.1, 0.4, 1.0, 0.3], [0.0; 6]);
-/// let (mut arm, mut approach) = (ArmState::new(chain), Approach::new(6));
+/// let (mut arm, mut memory, mut command) = (ArmState::new(chain), LawMemory::default(), [0.0; 6]);
 /// for _cycle in 0..5000 {
 ///     chain.evaluate(&theta, &mut arm)?;
 ///     let nearer = nearer_goal(&goal, &arm.base_from_tool());
-///     controller.joint_velocity(&arm, &nearer, &mut theta_dot);
-///     approach.apply(&controller, &arm, 0.002, &mut theta_dot);
-///     approach.keep(&arm, &theta_dot);
+///     memory.joint_velocity(&controller, &arm, &nearer, (&command, 0.002), &mut theta_dot);
+///     command = theta_dot;
 ///     theta.iter_mut().zip(&theta_dot).for_each(|(angle, speed)| *angle += 0.002 * speed);
 /// }
 /// assert!(pose_error(&arm, &goal).translation().norm() < 1e-6);
@@ -128,6 +127,9 @@ pub fn register(law: &'static dyn ControlLaw) -> Result<Law, RegisterError> {
     let is_right = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
     if name.is_empty() || !name.bytes().all(is_right) {
         return Err(RegisterError::Letters(name));
+    }
+    if law.memory_size() > MEMORY {
+        return Err(RegisterError::Memory(law.memory_size()));
     }
     let mut names = NAMES.write().unwrap_or_else(PoisonError::into_inner);
     if names.names.contains(&name) {
@@ -190,7 +192,7 @@ built_in! {
     /// logc, with a gain that is larger both near the goal and far from the goal. So the time to arrive has a preset bound
     /// (Aldana-López et al. 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
-    /// Second-order logc: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
+    /// logc with a memory of its velocity: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,
 }
 
@@ -212,7 +214,11 @@ impl Law {
 
     /// Creates a law that is not registered, so that parameters cannot name it. Use it for a law that is made after laws were used,
     /// as in Python.
+    ///
+    /// # Panics
+    /// If the law's memory is larger than [`MEMORY`](super::MEMORY).
     pub fn unlisted(law: &'static dyn ControlLaw) -> Self {
+        assert!(law.memory_size() <= MEMORY, "the memory of {} is too large", law.name());
         Self { number: UNLISTED, law }
     }
 

@@ -48,13 +48,13 @@
 
 mod aim;
 mod angular_linear;
-mod approach;
 mod control_law;
 mod controller;
 mod damped_inverse;
 mod double_cover;
 mod gram;
 mod law;
+mod law_memory;
 mod laws;
 mod pose_error;
 mod pose_space;
@@ -65,12 +65,12 @@ mod transpose;
 
 pub use aim::Aim;
 pub use angular_linear::AngularLinear;
-pub use approach::Approach;
-pub use control_law::{ControlLaw, LawGains, LawInput, Map};
+pub use control_law::{ControlLaw, LawGains, LawInput, MEMORY, Map, ToolMotion};
 pub use controller::{AllowedRate, Controller, pose_error};
 pub use damped_inverse::Damping;
 pub use double_cover::{SignMemory, nearer_goal};
 pub use law::{Law, RegisterError, register};
+pub use law_memory::LawMemory;
 pub use pose_error::PoseError;
 pub use quadratic_program::{Infeasible, QuadraticProgram};
 pub use stiffness::Stiffness;

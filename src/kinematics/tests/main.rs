@@ -5,6 +5,7 @@ mod arm;
 mod control;
 mod cooperative;
 mod jacobians;
+mod law_memory;
 mod laws;
 mod odd_arms;
 mod plain;

@@ -2,7 +2,7 @@
 
 use crate::puma::{controller, puma};
 use dq_kinematics::arm::ArmState;
-use dq_kinematics::control::{Approach, Law, pose_error};
+use dq_kinematics::control::{Law, LawMemory, pose_error};
 use nalgebra::Vector6;
 
 /// Returns the fraction of the distance that remains `time` \[s\] after the start of a motion. The motion begins at rest and obeys
@@ -25,16 +25,16 @@ fn errors(gains: [f64; 2], period: f64) -> Vec<(f64, Vector6<f64>)> {
     let (chain, controller) = (puma(), controller().with_gains(Law::LogcPd, gains));
     let mut joints = vec![0.1, -1.0, 0.2, 0.3, 0.9, 0.1];
     let goal = chain.forward_kinematics(&[0.4, -0.8, 0.0, 0.1, 1.1, 0.3]).unwrap();
-    let (mut arm, mut approach, mut command) = (ArmState::new(&chain), Approach::new(6), vec![0.0; 6]);
+    let (mut arm, mut memory) = (ArmState::new(&chain), LawMemory::default());
+    let (mut command, mut before) = ([0.0; 6], [0.0; 6]);
     let mut errors = Vec::new();
     for cycle in 0..(3.0 / period) as u32 {
         chain.evaluate(&joints, &mut arm).unwrap();
         if cycle % 500 == 0 {
             errors.push((f64::from(cycle) * period, pose_error(&arm, &goal).screw_log()));
         }
-        controller.joint_velocity(&arm, &goal, &mut command);
-        assert!(approach.apply(&controller, &arm, period, &mut command));
-        approach.keep(&arm, &command);
+        memory.joint_velocity(&controller, &arm, &goal, (&before, period), &mut command);
+        before = command;
         joints.iter_mut().zip(&command).for_each(|(angle, speed)| *angle += period * speed);
     }
     errors

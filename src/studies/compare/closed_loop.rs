@@ -6,7 +6,7 @@ use super::conditions::{PERIOD, Plant, Sensor};
 use dq_common::named;
 use dq_config::ServoParameters;
 use dq_core::servo::{Arms, Event, JointReading, Reconfiguration, Servo, Settings, State};
-use dq_kinematics::control::{Approach, Controller, SignMemory};
+use dq_kinematics::control::{Controller, LawMemory, SignMemory};
 use dq_metrics::{Figures, GoalError, MotionMeter, Tolerance};
 use dq_search::{STARTS, Search};
 use std::time::Duration;
@@ -64,7 +64,9 @@ impl Result {
 struct BareLaw {
     arms: Arms,
     controller: Controller,
-    approach: Approach,
+    memory: LawMemory,
+    /// The last command [rad/s].
+    last: Vec<f64>,
     sign: SignMemory,
     hysteresis: f64,
 }
@@ -135,8 +137,8 @@ impl ClosedLoop<'_> {
             arm.evaluate(&task.start);
             let sign = SignMemory::nearest(&task.base_from_goal, &arm.pose());
             let hysteresis = parameters.settings.hysteresis;
-            let approach = Approach::new(task.start.len());
-            let law = BareLaw { arms: arm, controller: self.controller, approach, sign, hysteresis };
+            let (memory, last) = (LawMemory::default(), vec![0.0; task.start.len()]);
+            let law = BareLaw { arms: arm, controller: self.controller, memory, last, sign, hysteresis };
             return Ok(Driver::Law(Box::new(law)));
         }
         let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
@@ -165,9 +167,9 @@ impl Driver {
                 law.arms.evaluate(seen);
                 let goal = law.sign.apply(&goal.base_from_goal, &law.arms.pose(), law.hysteresis);
                 let arm = law.arms.state();
-                law.controller.joint_velocity(arm, &goal, command);
-                law.approach.apply(&law.controller, arm, PERIOD.as_secs_f64(), command);
-                law.approach.keep(arm, command);
+                let last = (&*law.last, PERIOD.as_secs_f64());
+                law.memory.joint_velocity(&law.controller, arm, &goal, last, command);
+                law.last.copy_from_slice(command);
             }
             Self::Servo { servo, search, names, age } => {
                 servo.begin(now);

@@ -3,7 +3,6 @@
 use crate::servo::filters::Filters;
 use crate::servo::setpoint::Setpoint;
 use crate::servo::{Arms, ClosePair, Interface, Limits, Settings};
-use dq_kinematics::control::Approach;
 use dq_limits::LatchedLimits;
 use serde::Serialize;
 use std::time::Duration;
@@ -48,20 +47,19 @@ impl Hindrance {
 }
 
 /// The saved state of an [`Output`].
-pub(super) type SavedOutput = (Vec<f64>, Vec<f64>, LatchedLimits, Setpoint, Approach, bool);
+pub(super) type SavedOutput = (Vec<f64>, Vec<f64>, LatchedLimits, Setpoint, bool);
 
 impl Output {
     /// Returns the state from which the next cycle continues, for [`restore`](Self::restore).
     pub fn saved(&self) -> impl Serialize + use<'_> {
-        let Self { motion, command, latched_limits, setpoint, filters, begun, .. } = self;
-        (motion, command, latched_limits, setpoint, filters.approach_memory(), begun)
+        let Self { motion, command, latched_limits, setpoint, begun, .. } = self;
+        (motion, command, latched_limits, setpoint, begun)
     }
 
     /// Restores a saved state.
-    pub fn restore(&mut self, (motion, command, latched_limits, setpoint, approach, begun): SavedOutput) {
+    pub fn restore(&mut self, (motion, command, latched_limits, setpoint, begun): SavedOutput) {
         (self.motion, self.command, self.latched_limits) = (motion, command, latched_limits);
         (self.setpoint, self.begun) = (setpoint, begun);
-        self.filters.go_on_from(approach);
     }
 
     /// Creates an output without a command, for the control period `period` \[s\].

@@ -10,6 +10,7 @@ use crate::servo::explanation::Explanation;
 use crate::servo::mode::Mode;
 use crate::servo::stream::GoalStream;
 use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::control::LawMemory;
 use dq_link::Link;
 use dq_metrics::Figures;
 use dq_search::EscapeDirection;
@@ -21,7 +22,7 @@ use std::time::Duration;
 type Saved = (
     (u64, Option<Duration>, Clock, u64),
     (MotionRequests, Mode, Option<UnitDualQuaternion>, GoalStream, Explanation),
-    (EscapeDirection, Vec<f64>, SavedOutput, Link),
+    (EscapeDirection, LawMemory, Vec<f64>, SavedOutput, Link),
     (f64, Figures, Vector6<f64>),
 );
 
@@ -32,7 +33,13 @@ impl Servo {
         (
             (self.configurations, self.configured, &self.clock, self.motions.count),
             (&self.requests, &self.mode, &self.set, &self.stream, &self.explanation),
-            (&self.escape.direction, &self.joint_line.positions, self.output.saved(), &self.robot.link),
+            (
+                &self.escape.direction,
+                &self.law_memory,
+                &self.joint_line.positions,
+                self.output.saved(),
+                &self.robot.link,
+            ),
             (self.status.sign, self.status.figures, self.status.pose_error),
         )
     }
@@ -45,8 +52,9 @@ impl Servo {
         let (counts, asked, known, reported) = Saved::deserialize(saved)?;
         (self.configurations, self.configured, self.clock, self.motions.count) = counts;
         (self.requests, self.mode, self.set, self.stream, self.explanation) = asked;
-        let (direction, elsewhere, output, link) = known;
-        (self.escape.direction, self.joint_line.positions, self.robot.link) = (direction, elsewhere, link);
+        let (direction, memory, elsewhere, output, link) = known;
+        (self.escape.direction, self.law_memory) = (direction, memory);
+        (self.joint_line.positions, self.robot.link) = (elsewhere, link);
         self.output.restore(output);
         (self.status.sign, self.status.figures, self.status.pose_error) = reported;
         self.robot.arms.evaluate(self.robot.link.measured());

@@ -32,6 +32,8 @@ impl Servo {
         let tracked = self.track(now);
         if driven {
             self.set_desired_velocity(now, tracked.as_ref());
+        } else {
+            self.law_memory.reset();
         }
         self.hold_joints(standing);
         self.set_command(driven, tracked.as_ref());
@@ -57,14 +59,15 @@ impl Servo {
     /// to another configuration.
     fn set_desired_velocity(&mut self, now: Duration, tracked: Option<&Tracked>) {
         match (&self.mode, tracked) {
+            (Mode::Goal(_), Some(tracked)) if !self.is_reconfiguring() => return self.obey_law(now, tracked),
+            (Mode::Goal(_), Some(_)) => self.follow_joint_line(),
             (Mode::Jog(jog), _) => {
                 let twist = jog.twist;
                 self.obey(&twist);
             }
-            (Mode::Goal(_), Some(_)) if self.is_reconfiguring() => self.follow_joint_line(),
-            (Mode::Goal(_), Some(tracked)) => self.obey_law(now, tracked),
             _ => self.output.velocity.fill(0.0),
         }
+        self.law_memory.reset();
     }
 
     /// Filters the desired velocity into the next command if the arm is `driven`. Otherwise brakes the arm to rest.
@@ -74,6 +77,7 @@ impl Servo {
         let largest = self.stable_rate();
         let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| LawGoal {
             pose: tracked.goal,
+            memory: self.law_memory,
             moving: tracked.moving.filter(|_| !escapes),
             allowed: AllowedRate { part: pursuit.watch.gain_factor, largest },
             escape: escapes.then_some(&self.escape.direction),

@@ -141,7 +141,8 @@ impl Servo {
     /// Computes the law's velocity toward the goal.
     pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) {
         let (arm, wanted) = (self.robot.predicted.state(), &mut self.output.velocity);
-        self.settings.controller.joint_velocity(arm, &tracked.goal, wanted);
+        let (controller, last) = (&self.settings.controller, (&*self.output.motion, self.clock.period));
+        self.law_memory.joint_velocity(controller, arm, &tracked.goal, last, wanted);
         if wanted.iter().all(|speed| speed.abs() <= NOTHING) {
             wanted.fill(0.0);
         }

@@ -57,8 +57,10 @@ impl DemandedAcceleration {
         self.ahead.evaluate(&self.positions);
         let moving = goal.moving.as_ref().map(|moving| moving.after(input.joints.braking.period));
         let pose = moving.as_ref().map_or(goal.pose, |moving| moving.pose);
-        input.settings.controller.joint_velocity(self.ahead.state(), &pose, &mut self.velocity);
-        let goal = Some(LawGoal { pose, moving, ..*goal });
+        let mut memory = goal.memory;
+        let (controller, last) = (&input.settings.controller, (&*velocity, input.joints.braking.period));
+        memory.joint_velocity(controller, self.ahead.state(), &pose, last, &mut self.velocity);
+        let goal = Some(LawGoal { pose, moving, memory, ..*goal });
         let joints = Joints { positions: &self.positions, ..input.joints };
         let there = FilterInput { arms: &self.ahead, joints, goal, ..*input };
         self.demand.apply(&there, &mut self.velocity);

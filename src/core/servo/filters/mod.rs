@@ -14,7 +14,7 @@ use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::control::{AllowedRate, Approach};
+use dq_kinematics::control::{AllowedRate, LawMemory};
 use dq_limits::{Envelope, Joints, scale};
 use dq_link::Link;
 use dq_search::EscapeDirection;
@@ -39,6 +39,8 @@ pub(super) struct FilterInput<'a> {
 pub(super) struct LawGoal<'a> {
     /// The goal with the chosen sign.
     pub pose: UnitDualQuaternion,
+    /// The memory of the law after this cycle.
+    pub memory: LawMemory,
     /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
     /// The largest rate that the robot's delay allows the law.
@@ -62,7 +64,6 @@ pub struct Replaced {
 pub(super) struct Filters {
     demand: LawDemand,
     demanded_acceleration: DemandedAcceleration,
-    approach: Approach,
     constraints: Constraints,
     envelope: Envelope,
     stoppable: Stoppable,
@@ -75,7 +76,6 @@ impl Filters {
         Self {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
-            approach: Approach::new(arms.joint_count()),
             constraints: Constraints::new(arms),
             envelope: Envelope::new(arms.joint_count()),
             stoppable: Stoppable::new(arms, period),
@@ -88,7 +88,6 @@ impl Filters {
         self.envelope.enclose(&input.joints);
         self.demand.apply(input, velocity);
         self.demanded_acceleration.apply(input, velocity);
-        self.approach(input, velocity);
         keep_probing_speed(input, velocity);
         self.constraints.apply(input, velocity);
         self.envelope.admit(&input.joints, input.arms, velocity);
@@ -98,33 +97,12 @@ impl Filters {
             self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
             input.joints.stop(velocity);
         }
-        self.approach.keep(input.arms.state(), velocity);
-    }
-
-    /// If the law is of second order, moves from the last command toward `velocity`, the velocity of the law.
-    fn approach(&mut self, input: &FilterInput, velocity: &mut [f64]) {
-        let (controller, arm) = (&input.settings.controller, input.arms.state());
-        if input.goal.is_some() && self.approach.apply(controller, arm, input.joints.braking.period, velocity)
-        {
-            input.joints.keep_speeds(input.arms, velocity);
-        }
     }
 
     /// Sets `velocity` to the next command of an arm that must stop [rad/s, prismatic: m/s].
     pub fn stop(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         // A stop is in the envelope by construction.
         input.joints.stop(velocity);
-        self.approach.keep(input.arms.state(), velocity);
-    }
-
-    /// Returns the filters' state that the next cycle needs.
-    pub fn approach_memory(&self) -> &Approach {
-        &self.approach
-    }
-
-    /// Restores the filters' state of the last cycle.
-    pub fn go_on_from(&mut self, approach: Approach) {
-        self.approach = approach;
     }
 
     /// Sets the tool offset.

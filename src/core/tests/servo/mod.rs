@@ -17,6 +17,7 @@ mod jog;
 mod keep_in;
 mod keep_out;
 mod keep_out_sequences;
+mod law_memory;
 mod laws;
 mod limits;
 mod link;

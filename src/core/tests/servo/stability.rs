@@ -4,7 +4,7 @@
 use crate::reference::{parameters, theta};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{Arms, largest_rate};
-use dq_kinematics::control::{Approach, Controller, Law};
+use dq_kinematics::control::{Controller, Law, LawMemory};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -36,17 +36,17 @@ impl Loop {
         let mut theta: Vec<_> =
             self.theta.iter().enumerate().map(|(i, angle)| angle + 1e-6 * (i as f64 - 2.0)).collect();
         let mut late: VecDeque<_> = std::iter::repeat_n(theta.clone(), latency).collect();
-        let mut speeds = vec![0.0; theta.len()];
-        let mut approach = Approach::new(theta.len());
+        let (mut speeds, mut last, mut memory) =
+            (vec![0.0; theta.len()], vec![0.0; theta.len()], LawMemory::default());
         // Enough cycles for several oscillations at the limit of stability, each of which takes about four times the delay.
         let cycles = 120 * (latency + 1) + (20.0 / (self.rate() * PERIOD.as_secs_f64())) as usize;
         let mut largest = [0.0_f64; 2];
         for cycle in 0..cycles {
             late.push_back(theta.clone());
             self.arm.evaluate(&late.pop_front().unwrap());
-            self.controller.joint_velocity(self.arm.state(), &self.goal, &mut speeds);
-            approach.apply(&self.controller, self.arm.state(), PERIOD.as_secs_f64(), &mut speeds);
-            approach.keep(self.arm.state(), &speeds);
+            let before = (&*last, PERIOD.as_secs_f64());
+            memory.joint_velocity(&self.controller, self.arm.state(), &self.goal, before, &mut speeds);
+            last.copy_from_slice(&speeds);
             theta.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += PERIOD.as_secs_f64() * speed);
             let speed = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
             match cycle * 6 / cycles {

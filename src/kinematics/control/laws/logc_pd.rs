@@ -1,13 +1,16 @@
 //! The second-order logarithmic law.
 
-use crate::control::control_law::{ControlLaw, LEAST, LawGains};
+use crate::control::control_law::{ControlLaw, LEAST, LawGains, ToolMotion};
 use crate::control::{AngularLinear, PoseError};
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
 
 /// The PD law on SE(3), `V̇ = −K_p log(e) − K_d V` in the tool's axes (paper §10.2; Bullo & Murray 1995, theorem 5).
 ///
-/// The arm's velocity [approaches](ControlLaw::approach_rate) that of logc with the gain `K_p/K_d`, at the rate `K_d`. From rest,
-/// the tool moves on one screw. Its distance x along the screw obeys `ẍ + K_d ẋ + K_p x = 0`: critically damped at `K_d = 2√K_p`,
-/// with overshoot at a lower K_d. A motion begins with the acceleration `K_p x` instead of a step of the velocity.
+/// The law remembers V, the desired twist. V approaches the twist of logc with the gain `K_p/K_d` at the rate `K_d`. From rest, the
+/// tool moves on one screw. Its distance x along the screw obeys `ẍ + K_d ẋ + K_p x = 0`: critically damped at `K_d = 2√K_p`, with
+/// overshoot at a lower K_d. A motion begins with the acceleration `K_p x` instead of a step of the velocity. If limits keep the arm
+/// from moving with V, V does not wind up, because it follows the error and not the arm.
 pub struct LogcPd;
 
 impl ControlLaw for LogcPd {
@@ -39,7 +42,40 @@ impl ControlLaw for LogcPd {
         [gain.powi(2), 2.0 * gain]
     }
 
-    fn approach_rate(&self, [_, k_d]: [f64; 2]) -> f64 {
-        k_d
+    fn memory_size(&self) -> usize {
+        6
     }
+
+    /// V begins as the twist with which the arm already moves. Near a singularity, the damped inverse then slows the arm.
+    fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
+        memory.copy_from_slice(&numbers(&motion.twist));
+    }
+
+    fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
+        let wanted = numbers(&self.twist(motion.gains, &motion.error));
+        let [_, k_d] = motion.gains;
+        let left = (-k_d * motion.period).exp();
+        for (v, wanted) in memory.iter_mut().zip(wanted) {
+            *v = left * *v + (1.0 - left) * wanted;
+        }
+        (Vector3::new(memory[0], memory[1], memory[2]), Vector3::new(memory[3], memory[4], memory[5]))
+    }
+
+    /// At the limit of stability, `s² + K_d s + K_p exp(−s τ)` has a root `i ω` with `tan(ω τ) = K_d/ω`. For a law without a memory,
+    /// the delay τ at the limit is `½π` divided by the rate of that law.
+    fn rates_for_delay(&self, [_, k_d]: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
+        rates.map(|rate| {
+            if rate == 0.0 {
+                return rate;
+            }
+            let (half_square, stiffness) = (0.5 * k_d.powi(2), k_d * rate);
+            // ω² = −½K_d² + √(¼K_d⁴ + K_p²), without cancellation.
+            let frequency = stiffness / (half_square + half_square.hypot(stiffness)).sqrt();
+            FRAC_PI_2 * frequency / k_d.atan2(frequency)
+        })
+    }
+}
+
+fn numbers((angular, linear): &AngularLinear) -> [f64; 6] {
+    [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
 }
