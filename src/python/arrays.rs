@@ -1,17 +1,42 @@
 //! Conversions from and to numpy arrays.
 
-use numpy::ndarray::{Array2, ArrayView2};
-use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike1, PyArrayLike2};
+use numpy::ndarray::{Array2, ArrayView2, Dimension, Ix1, Ix2};
+use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::fmt::Display;
+use std::ops::Deref;
 
-/// A list of numbers from Python: an array, a list or a tuple.
-pub(super) type Numbers<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
+/// Numbers from Python in `D` dimensions: an array, or nested lists or tuples.
+pub(super) struct Like<'py, D: Dimension>(PyArrayLike<'py, f64, D, AllowTypeChange>);
+
+/// A list of numbers.
+pub(super) type Numbers<'py> = Like<'py, Ix1>;
 
 /// A table of numbers with one row per configuration.
-pub(super) type Rows<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
+pub(super) type Rows<'py> = Like<'py, Ix2>;
+
+impl<'py, D: Dimension> Deref for Like<'py, D> {
+    type Target = PyArrayLike<'py, f64, D, AllowTypeChange>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<'a, 'py, D: Dimension + 'py> FromPyObject<'a, 'py> for Like<'py, D> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        object.extract().map(Self).map_err(|_| {
+            let expected = if D::NDIM == Some(1) { "a list of numbers" } else { "a table of numbers" };
+            let shape = object.getattr("shape").map(|shape| format!("an array of the shape {shape}"));
+            let got = shape.or_else(|_| object.get_type().name().map(|name| name.to_string()));
+            wrong(format!("expected {expected}, got {}", got.unwrap_or_default()))
+        })
+    }
+}
 
 /// Converts an error to a Python `ValueError` with this crate's message.
 pub(super) fn wrong(why: impl Display) -> PyErr {

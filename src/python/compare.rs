@@ -20,7 +20,8 @@ fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> Py
     arm.with(values).map_err(wrong)
 }
 
-/// Returns the first `count` tasks of an arm: joint positions at the start, and goals.
+/// Returns the first `count` tasks of the comparison for one of `arms()` or a parameter file: N×n joint positions at the start, and
+/// N×8 goals.
 #[pyfunction]
 #[pyo3(signature = (arm, count, seed = 1, *, parameters = None))]
 pub(super) fn tasks<'py>(
@@ -40,8 +41,9 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// Returns the gain at which the law's median settling time on this arm equals that of logc with a gain of 2 1/s. The tasks for this
-/// search occur in no comparison.
+/// Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
+///
+/// Raises a ValueError if the law settles in less than half of the tasks at every gain.
 #[pyfunction]
 #[pyo3(signature = (law, arm, *, parameters = None))]
 pub(super) fn settling_gain(
@@ -56,8 +58,9 @@ pub(super) fn settling_gain(
     gain.map_err(wrong)
 }
 
-/// Runs a law on the first `count` tasks of an arm. Returns the outcome of each task, and an array for each figure, with NaN for missing
-/// values.
+/// Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each figure, with NaN for missing values.
+///
+/// `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
 #[pyfunction]
 #[pyo3(name = "compare", signature = (law, arm, count = 200, *, seed = 1, limits = true, plant = "ideal",
                                        parameters = None))]

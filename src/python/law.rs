@@ -6,10 +6,13 @@ use super::pose::Pose;
 use dq_algebra::{DualQuaternion, UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Law as ListedLaw;
-use dq_kinematics::control::{AngularLinear, ControlLaw, Controller, Map, PoseError, nearer_goal};
+use dq_kinematics::control::{
+    AngularLinear, ControlLaw, Controller, MEMORY, Map, PoseError, ToolMotion, nearer_goal,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
+use pyo3::intern;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -19,21 +22,65 @@ pub(super) fn laws() -> Vec<&'static str> {
     ListedLaw::names().to_vec()
 }
 
-/// A law that is a Python function. The function gets the pose of the goal relative to the tool, along the base's axes. It returns
-/// the twist `(ω, v)` that moves the tool to the goal at gain 1.
+/// A law that is a Python function, or a Python object with the methods of [`OwnLaw::remembering`].
+///
+/// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
+/// tool to the goal at gain 1.
 pub(super) struct OwnLaw {
-    function: Py<PyAny>,
+    law: Py<PyAny>,
+    /// How many numbers the law remembers; `None` for a function.
+    memory: Option<usize>,
     map: Map,
-    /// The first exception that the function raised, until [`Self::check`] raises it in the caller.
+    /// The first exception that Python raised, until [`Self::check`] raises it in the caller.
     raised: Mutex<Option<PyErr>>,
 }
 
 impl OwnLaw {
+    /// Creates the law of a function, or of an object with the method `twist`.
+    fn new(law: &Bound<'_, PyAny>, map: Map) -> PyResult<Self> {
+        let memory = match law.hasattr("twist")? {
+            true => Some(law.getattr("memory").map_or(Ok(0), |size| size.extract())?),
+            false if law.is_callable() => None,
+            false => {
+                let expected = "a law is one of laws(), a function of the goal's pose, or an object with the method twist";
+                return Err(PyTypeError::new_err(expected));
+            }
+        };
+        if let Some(size) = memory.filter(|size| *size > MEMORY) {
+            return Err(wrong(format!("the law's memory has {size} numbers, expected at most {MEMORY}")));
+        }
+        Ok(Self { law: law.clone().unbind(), memory, map, raised: Mutex::default() })
+    }
+
     fn twist(&self, py: Python<'_>, error: &PoseError) -> PyResult<[f64; 6]> {
-        let rotation = UnitQuaternion::new_unchecked(error.rotation);
-        let goal = Pose(UnitDualQuaternion::from_parts(rotation, error.translation));
-        let twist: Numbers<'_> = self.function.call1(py, (goal,))?.extract(py)?;
+        match self.memory {
+            None => exactly(&self.law.call1(py, (pose(error),))?.extract(py)?, "the law's twist"),
+            Some(size) => self.remembering(py, (error, [0.0; 6], 0.0), &mut vec![0.0; size]),
+        }
+    }
+
+    /// Calls `twist(goal, body_twist, dt, memory)`: the goal relative to the tool, the tool's twist by the last command, and the time
+    /// since then \[s\], all along the tool's axes. The method may write to the array `memory`.
+    fn remembering(
+        &self,
+        py: Python<'_>,
+        (error, body_twist, dt): (&PoseError, [f64; 6], f64),
+        memory: &mut [f64],
+    ) -> PyResult<[f64; 6]> {
+        let remembered = array(py, memory);
+        let arguments = (pose(error), array(py, &body_twist), dt, &remembered);
+        let twist: Numbers<'_> = self.law.call_method1(py, intern!(py, "twist"), arguments)?.extract(py)?;
+        memory.copy_from_slice(remembered.try_readonly().map_err(wrong)?.as_slice().map_err(wrong)?);
         exactly(&twist, "the law's twist")
+    }
+
+    /// Returns the twist, or NaN if Python raised an exception, so that no arm moves.
+    fn kept(&self, twist: impl FnOnce(Python<'_>) -> PyResult<[f64; 6]>) -> AngularLinear {
+        let [a, b, c, x, y, z] = Python::attach(twist).unwrap_or_else(|why| {
+            self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
+            [f64::NAN; 6]
+        });
+        (Vector3::new(a, b, c), Vector3::new(x, y, z))
     }
 
     /// Raises the exception that the function raised in a call, if there was one.
@@ -52,24 +99,58 @@ impl ControlLaw for OwnLaw {
         self.map
     }
 
-    /// Returns NaN if the function raises an exception, so that no arm moves.
     fn error(&self, error: &PoseError) -> AngularLinear {
-        let twist = Python::attach(|py| self.twist(py, error)).unwrap_or_else(|why| {
-            self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
-            [f64::NAN; 6]
+        self.kept(|py| self.twist(py, error))
+    }
+
+    fn memory_size(&self) -> usize {
+        self.memory.unwrap_or_default()
+    }
+
+    /// Calls the object's method `begin(body_twist, memory)`, if it has one. Otherwise the memory begins with zeros.
+    fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
+        memory.fill(0.0);
+        self.kept(|py| {
+            if self.law.bind(py).hasattr(intern!(py, "begin"))? {
+                let remembered = array(py, memory);
+                let arguments = (array(py, &six(&motion.twist)), &remembered);
+                self.law.call_method1(py, intern!(py, "begin"), arguments)?;
+                memory.copy_from_slice(remembered.try_readonly().map_err(wrong)?.as_slice().map_err(wrong)?);
+            }
+            Ok([0.0; 6])
         });
-        let [a, b, c, x, y, z] = twist;
-        (Vector3::new(a, b, c), Vector3::new(x, y, z))
+    }
+
+    fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
+        let ToolMotion { gains: [k_omega, k_v], error, twist, period } = motion;
+        let (angular, linear) = self.kept(|py| self.remembering(py, (error, six(twist), *period), memory));
+        (*k_omega * angular, *k_v * linear)
     }
 }
 
-/// A law with its gains.
+/// Returns the goal relative to the tool.
+fn pose(error: &PoseError) -> Pose {
+    let rotation = UnitQuaternion::new_unchecked(error.rotation);
+    Pose(UnitDualQuaternion::from_parts(rotation, error.translation))
+}
+
+fn six((angular, linear): &AngularLinear) -> [f64; 6] {
+    [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
+}
+
+/// A control law with its gains: one of `laws()`, or your own function or object.
+///
+/// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist (angular, linear) that moves the
+/// tool to the goal at gain 1: `Law(lambda goal: goal.screw_log())` is logc. An object has a memory: see `OwnLaw` in the stubs.
 #[pyclass(frozen, module = "dq_servo", from_py_object)]
 #[derive(Clone)]
 pub(super) struct Law {
     pub controller: Controller,
     pub own: Option<&'static OwnLaw>,
 }
+
+/// The arguments of a law: the law, its gains, its aim, and the map of a law of one's own.
+type LawArguments = (Py<PyAny>, Vec<f64>, &'static str, Option<&'static str>);
 
 /// One number for all gains of a law, or one number for each gain.
 #[derive(FromPyObject)]
@@ -81,18 +162,20 @@ enum Gains {
 #[pymethods]
 impl Law {
     #[new]
-    #[pyo3(signature = (law, gains = None, *, aim = "pose", map = "damped_inverse"))]
-    fn new(law: &Bound<'_, PyAny>, gains: Option<Gains>, aim: &str, map: &str) -> PyResult<Self> {
-        let (law, own) = if let Ok(name) = law.extract::<String>() {
-            (name.parse::<ListedLaw>().map_err(wrong)?, None)
-        } else if law.is_callable() {
-            let raised = Mutex::default();
-            let own = OwnLaw { function: law.clone().unbind(), map: map.parse().map_err(wrong)?, raised };
-            // The law is never freed, so that nobody can drop a law that is in use. The library's laws are `'static` too.
-            let own: &'static OwnLaw = Box::leak(Box::new(own));
-            (ListedLaw::unlisted(own), Some(own))
-        } else {
-            return Err(PyTypeError::new_err("a law is one of laws(), or a function of the goal's pose"));
+    #[pyo3(signature = (law, gains = None, *, aim = "pose", map = None))]
+    fn new(law: &Bound<'_, PyAny>, gains: Option<Gains>, aim: &str, map: Option<&str>) -> PyResult<Self> {
+        let map = map.map(str::parse::<Map>).transpose().map_err(wrong)?;
+        let (law, own) = match (law.extract::<String>(), map) {
+            (Ok(name), None) => (name.parse::<ListedLaw>().map_err(wrong)?, None),
+            (Ok(name), Some(_)) => {
+                return Err(wrong(format!("{name} has its own map: map is for your own laws only")));
+            }
+            (Err(_), map) => {
+                let own = OwnLaw::new(law, map.unwrap_or(Map::DampedInverse))?;
+                // The law is never freed, like the laws of the table, so that nobody can drop a law that is in use.
+                let own: &'static OwnLaw = Box::leak(Box::new(own));
+                (ListedLaw::unlisted(own), Some(own))
+            }
         };
         let mut controller = Controller { aim: aim.parse().map_err(wrong)?, ..Controller::default() };
         if own.is_some() {
@@ -119,17 +202,22 @@ impl Law {
         }
     }
 
+    /// The name of the law; your own law is called own.
     #[getter]
     fn name(&self) -> &'static str {
         self.controller.law.name()
     }
 
+    /// The gains, one or two.
     #[getter]
     pub(super) fn gains(&self) -> Vec<f64> {
         let law = self.controller.law;
         self.controller.gains(law)[..law.gains().names.len()].to_vec()
     }
 
+    /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts.
+    ///
+    /// A law with a memory is asked as if the motion began now. Use `Servo` for its whole motion.
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -137,9 +225,9 @@ impl Law {
         theta: Numbers<'py>,
         goal: &Pose,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut state = ArmState::new(&chain.0);
-        chain.0.evaluate(&slice(&theta), &mut state).map_err(wrong)?;
-        let speeds = PyArray1::zeros(py, chain.0.joint_count(), false);
+        let mut state = ArmState::new(&chain.chain);
+        chain.chain.evaluate(&slice(&theta), &mut state).map_err(wrong)?;
+        let speeds = PyArray1::zeros(py, chain.chain.joint_count(), false);
         let mut written = speeds.try_readwrite().map_err(wrong)?;
         self.drive(&state, &goal.0, written.as_slice_mut().map_err(wrong)?);
         self.check()?;
@@ -147,6 +235,7 @@ impl Law {
         Ok(speeds)
     }
 
+    /// Returns the N×n joint velocities for N×n joint positions and N×8 goals.
     fn step_batch<'py>(
         &self,
         py: Python<'py>,
@@ -154,19 +243,19 @@ impl Law {
         thetas: Rows<'py>,
         goals: Rows<'py>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let joints = chain.0.joint_count();
+        let joints = chain.chain.joint_count();
         let (thetas, goals) = (rows(&thetas, joints, "thetas")?, rows(&goals, 8, "goals")?);
         if goals.nrows() != thetas.nrows() {
             return Err(wrong(format!("{} goals for {} configurations", goals.nrows(), thetas.nrows())));
         }
         let numbers = py.detach(|| {
             let mut speeds = vec![0.0; joints * thetas.nrows()];
-            let (mut state, mut theta) = (ArmState::new(&chain.0), vec![0.0; joints]);
+            let (mut state, mut theta) = (ArmState::new(&chain.chain), vec![0.0; joints]);
             for ((row, goal), speeds) in
                 thetas.rows().into_iter().zip(goals.rows()).zip(speeds.chunks_mut(joints))
             {
                 theta.iter_mut().zip(row).for_each(|(slot, number)| *slot = *number);
-                chain.0.evaluate(&theta, &mut state).map_err(|why| why.to_string())?;
+                chain.chain.evaluate(&theta, &mut state).map_err(|why| why.to_string())?;
                 let goal = DualQuaternion::from_vector8(&Vector8::from_fn(|i, _| goal[i]));
                 let goal = UnitDualQuaternion::try_normalize(&goal).map_err(|why| why.to_string())?;
                 self.drive(&state, &goal, speeds);
@@ -177,11 +266,27 @@ impl Law {
         table(py, numbers.map_err(|why: String| wrong(why))?, joints)
     }
 
-    /// Returns gain times error: the twist with which a free tool would move.
+    /// Returns gain times error: the twist (angular, linear) with which a free tool would move.
     fn twist<'py>(&self, py: Python<'py>, tool_from_goal: &Pose) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let twist = self.controller.body_twist(&tool_from_goal.0.inverse());
         self.check()?;
         Ok(array(py, twist.as_slice()))
+    }
+
+    /// Pickles the arguments of the constructor.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, LawArguments)> {
+        let (py, Self { controller, own }) = (slf.py(), slf.get());
+        let law = match own {
+            Some(own) => own.law.clone_ref(py),
+            None => slf.get().name().into_pyobject(py)?.into_any().unbind(),
+        };
+        let map = own.map(|own| own.map.name());
+        Ok((slf.get_type().getattr("_of")?, (law, slf.get().gains(), controller.aim.name(), map)))
+    }
+
+    #[staticmethod]
+    fn _of(law: &Bound<'_, PyAny>, gains: Vec<f64>, aim: &str, map: Option<&str>) -> PyResult<Self> {
+        Self::new(law, Some(Gains::Each(gains)), aim, map)
     }
 
     fn __repr__(&self) -> String {

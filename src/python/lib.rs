@@ -19,6 +19,13 @@ use pyo3::prelude::*;
 /// The module `dq_servo._native`.
 #[pymodule(name = "_native")]
 mod native {
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
     #[pymodule_export]
     use super::algebra::{
         conjugate, dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hamilton_plus, multiply,

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// The run of one servo. Its times count from its first motion \[s\].
+/// The run of one servo in a bag. Times are counted from its first motion [s].
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Run(RecordedRun);
 
@@ -36,28 +36,33 @@ fn curve<'py, 'a>(
 
 #[pymethods]
 impl Run {
+    /// The name of the servo's node.
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
     }
 
+    /// The names of the joints.
     #[getter]
     fn joints(&self) -> Vec<String> {
         self.0.joints.clone()
     }
 
+    /// Times, and N×n joint positions.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let points = self.0.samples.iter().map(|sample| (sample.time, sample.positions.as_slice()));
         curve(py, points, self.0.joints.len())
     }
 
+    /// Times, and N×n joint velocities.
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let points = self.0.samples.iter().map(|sample| (sample.time, sample.velocities.as_slice()));
         curve(py, points, self.0.joints.len())
     }
 
+    /// Times, and the N×8 dual quaternions of the controlled pose.
     #[getter]
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let poses: Vec<_> =
@@ -65,6 +70,7 @@ impl Run {
         curve(py, poses.iter().map(|(time, pose)| (*time, pose.as_slice())), 8)
     }
 
+    /// Times, and the N×2 errors that the servo reported: distance [m] and angle [rad] to the goal.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let errors: Vec<_> =
@@ -72,6 +78,7 @@ impl Run {
         curve(py, errors.iter().map(|(time, error)| (*time, error.as_slice())), 2)
     }
 
+    /// For each arm the times and the N×n commands: velocities if known, otherwise positions.
     #[getter]
     fn commands<'py>(&self, py: Python<'py>) -> PyResult<Vec<Curve<'py>>> {
         let each = self.0.commands.iter().map(|arm| {
@@ -82,11 +89,13 @@ impl Run {
         each.collect()
     }
 
+    /// The laws, each with the time from which it was in force.
     #[getter]
     fn laws(&self) -> Vec<(f64, String)> {
         self.0.laws.to_vec()
     }
 
+    /// The motions to goals with all figures, as in the table of `dq_servo plot`.
     #[getter]
     fn motions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         python(py, &self.0.motions)
@@ -97,7 +106,7 @@ impl Run {
     }
 }
 
-/// Returns the runs of a bag. Runs without recorded parameters get those of the built-in arm `arm`.
+/// Returns the runs of a bag. Runs without recorded parameters get the parameters of the built-in `arm`.
 #[pyfunction]
 #[pyo3(signature = (path, arm = "puma560"))]
 pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec<Run>> {
@@ -107,8 +116,8 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
     Ok(recorded.runs.into_iter().map(Run).collect())
 }
 
-/// Replays the runs of a bag through the servo's cycle. Returns, for each servo, the number of commands and the number of commands
-/// that differ from the recorded ones in any bit.
+/// Replays the runs of a bag through the servo. Returns for each servo the number of commands, and the number of commands that differ
+/// from the recorded ones in any bit.
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;

@@ -16,7 +16,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 
-/// The servo. In each cycle it takes the joint positions, and returns the output for the robot.
+/// The servo with all safety rules, in fake time that you provide.
+///
+/// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`.
 #[pyclass(module = "dq_servo")]
 pub(super) struct Servo {
     servo: servo::Servo,
@@ -32,6 +34,15 @@ pub(super) struct Servo {
 fn duration(seconds: f64, what: &str) -> PyResult<Duration> {
     let wrong = |why| wrong(format!("{what} is {seconds} s: {why}"));
     Duration::try_from_secs_f64(seconds).map_err(wrong)
+}
+
+/// Returns how old a joint state with this stamp is. A stamp that is ahead of `now` by a rounding error counts as `now`.
+fn age(now: f64, stamp: f64) -> PyResult<Duration> {
+    let wrong = || {
+        wrong(format!("stamp is {stamp} s and now is {now} s: a joint state is not measured in the future"))
+    };
+    let age = if (now - stamp).abs() < 1e-6 { 0.0 } else { now - stamp };
+    Duration::try_from_secs_f64(age).map_err(|_| wrong())
 }
 
 #[pymethods]
@@ -56,10 +67,15 @@ impl Servo {
         Ok(Self { servo, store, own, search, joints, now: Duration::ZERO })
     }
 
+    /// Sets the goal, which takes effect in the next cycle. Set a moving goal before each cycle.
     fn set_goal(&mut self, base_from_goal: &Pose) {
         self.servo.set_goal(base_from_goal.0);
     }
 
+    /// Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
+    ///
+    /// `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
+    /// same clock as `now`. Without `stamp`, they were measured at `now`.
     #[pyo3(signature = (now, positions = None, velocities = None, *, stamp = None))]
     fn cycle<'py>(
         &mut self,
@@ -69,16 +85,17 @@ impl Servo {
         velocities: Option<Numbers<'py>>,
         stamp: Option<f64>,
     ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        let age = match stamp {
-            Some(stamp) => duration(now - stamp, "the age of the joint state").ok(),
-            None => Some(Duration::ZERO),
-        };
+        let age = stamp.map_or(Ok(Duration::ZERO), |stamp| age(now, stamp))?;
         self.now = duration(now, "now")?;
         self.servo.begin(self.now);
         self.look_round()?;
         let positions = positions.as_ref().map(slice);
         let velocities = velocities.as_ref().map(slice).unwrap_or_default();
-        let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, age));
+        if let Some(joint) = velocities.iter().position(|speed| !speed.is_finite()) {
+            let speed = velocities[joint];
+            return Err(wrong(format!("velocities[{joint}] is {speed}: expected a finite number")));
+        }
+        let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, Some(age)));
         let goal = self.servo.take_set_goal(self.now);
         self.servo.step(self.now);
         state.and(goal).map_err(wrong)?;
@@ -86,18 +103,22 @@ impl Servo {
         Ok(self.servo.output().map(|output| array(py, output)))
     }
 
+    /// Decelerates and drops the goal, like `~/stop`.
     fn stop(&mut self) {
         self.servo.stop();
     }
 
+    /// Pauses or goes on, like `~/pause`.
     fn pause(&mut self, paused: bool) {
         self.servo.pause(paused);
     }
 
+    /// Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`.
     fn reconfigure(&mut self) -> PyResult<()> {
         self.servo.reconfigure(Duration::ZERO).map_err(wrong)
     }
 
+    /// Sets all of these parameters or none, from the next cycle on.
     #[pyo3(signature = (parameters = None, *, law = None))]
     fn configure(
         &mut self,
@@ -122,6 +143,7 @@ impl Servo {
         Ok(())
     }
 
+    /// The parameters with their values.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let parameters = PyDict::new(py);
@@ -131,26 +153,31 @@ impl Servo {
         Ok(parameters)
     }
 
+    /// The names of the joints.
     #[getter]
     fn joints(&self) -> Vec<String> {
         self.joints.clone()
     }
 
+    /// The state, such as tracking or settled.
     #[getter]
     fn state(&self) -> &'static str {
         self.servo.status().state.name()
     }
 
+    /// The tool pose at the last joint positions; None before the first cycle.
     #[getter]
     fn pose(&self) -> Option<Pose> {
         self.servo.pose().map(Pose)
     }
 
+    /// The last commanded joint velocities, whatever the interface.
     #[getter]
     fn command<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, self.servo.command())
     }
 
+    /// The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the figures of the motion.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let said = PyDict::new(py);

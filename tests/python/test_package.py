@@ -1,6 +1,9 @@
 """Tests the Python package against itself, against Pinocchio, and against the data of the program."""
 
 import ast
+import copy
+import inspect
+import pickle
 import unittest
 from pathlib import Path
 from unittest import mock
@@ -12,6 +15,29 @@ from dq_servo import _native
 ROOT = Path(__file__).resolve().parents[2]
 START = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
 RANDOM = np.random.default_rng(7)
+
+
+class Integral:
+    """A law with a memory: the integral of the error."""
+
+    memory = 6
+
+    def twist(self, goal, body_twist, dt, memory):
+        memory += dt * goal.screw_log()
+        return goal.screw_log() + memory
+
+
+class Counting:
+    """A law whose memory counts from the number with which a motion begins."""
+
+    memory = 1
+
+    def begin(self, body_twist, memory):
+        memory[0] = 100.0
+
+    def twist(self, goal, body_twist, dt, memory):
+        memory[0] += 1
+        return goal.screw_log() * (memory[0] - 100)
 
 
 def random_pose():
@@ -49,6 +75,24 @@ class Algebra(unittest.TestCase):
         np.testing.assert_allclose(moved, (pose * dq.Pose.screw_exp(twist) * pose.conjugate()).matrix(), atol=1e-12)
         turned = dq.Pose.from_angle_axis([1, 2, 3], 0.5, [0, 0, 2])
         np.testing.assert_allclose(turned.rotation, [np.cos(0.25), 0, 0, np.sin(0.25)])
+
+    def test_poses_chains_and_laws_are_copied_and_pickled(self):
+        chains = [dq.Chain.builtin("ur5e"), dq.Chain.from_dh([[0, 0.5, 0, 0], [0, 0.25, 0, 0]], "standard_dh")]
+        for back in [lambda it: pickle.loads(pickle.dumps(it)), copy.copy, copy.deepcopy]:
+            pose = random_pose()
+            self.assertEqual(back(pose), pose)
+            self.assertEqual(pose @ back(pose).inverse(), pose * pose.conjugate())
+            for chain in chains:
+                theta = RANDOM.uniform(-1, 1, chain.joint_count)
+                self.assertEqual(back(chain).forward_kinematics(theta), chain.forward_kinematics(theta))
+            law = back(dq.Law("logc", [2.0, 3.0], aim="position"))
+            self.assertEqual(repr(law), repr(dq.Law("logc", [2.0, 3.0])))
+            self.assertEqual(back(dq.Law(Integral(), 3.0, map="transpose")).gains, [3.0, 3.0])
+
+    def test_a_screw_motion_is_between_its_ends(self):
+        start, end = random_pose(), random_pose()
+        half = start.sclerp(end, 0.5)
+        np.testing.assert_allclose((start.inverse() @ half).matrix(), (half.inverse() @ end).matrix(), atol=1e-9)
 
     def test_what_is_no_pose_is_refused_with_what_was_expected(self):
         for make, words in [
@@ -163,6 +207,33 @@ class Laws(unittest.TestCase):
                 theta = RANDOM.uniform(-3, 3, 6)
                 ours, theirs = own.step(chain, theta, goal), known.step(chain, theta, goal)
                 np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-12)
+
+    def test_the_memory_of_a_law_lasts_for_a_motion(self):
+        drifts = {}
+        for law in [dq.Law("logc", 2.0), dq.Law(Integral(), 2.0)]:
+            servo, theta = dq.Servo("ur5e", {"progress_timeout": 0.0}, law=law), START
+            servo.set_goal(dq.Chain.builtin("ur5e").forward_kinematics(START + 0.2))
+            for cycle in range(1, 8000):
+                output = servo.cycle(0.002 * cycle, theta)
+                theta = theta + 0.002 * (0.01 + (output if output is not None else 0))
+            drifts[law.name] = servo.status["position_error_m"]
+        self.assertGreater(drifts["logc"], 3e-3)
+        self.assertLess(drifts["own"], 1e-4)
+        servo = dq.Servo("ur5e", {"limits.linear_speed": 10.0}, law=dq.Law(Counting(), 0.01))
+        speeds = []
+        for shift in [0.1, 0.2]:
+            servo.set_goal(dq.Chain.builtin("ur5e").forward_kinematics(START + shift))
+            for _ in range(3):
+                speeds.append(np.abs(servo.cycle(0.002 * (len(speeds) + 1), START)).max())
+        for first, second, third in [speeds[:3], speeds[3:]]:
+            self.assertAlmostEqual(second / first, 2.0, delta=0.2)
+            self.assertAlmostEqual(third / first, 3.0, delta=0.3)
+
+    def test_a_law_with_a_memory_gives_the_same_results_in_each_run(self):
+        law = dq.Law(Integral(), 2.0)
+        first, second = (dq.compare(law, "puma560", 12) for _ in range(2))
+        for name, values in first.items():
+            np.testing.assert_array_equal(values, second[name])
 
     def test_what_a_function_raises_is_raised(self):
         chain, goal = dq.Chain.builtin("ur5e"), random_pose()
@@ -321,6 +392,12 @@ class TheServo(unittest.TestCase):
     def test_what_it_does_not_take_is_said(self):
         servo = dq.Servo("ur5e")
         for call, words in [
+            (lambda: servo.cycle(0.1, np.zeros((2, 3))), "a list of numbers, got an array of the shape"),
+            (lambda: servo.cycle(0.1, START, START * np.nan), "is NaN: expected a finite number"),
+            (lambda: servo.cycle(0.1, START, stamp=np.nan), "stamp is NaN"),
+            (lambda: servo.cycle(0.1, START, stamp=0.2), "in the future"),
+            (lambda: dq.Law("logc", map="transpose"), "map is for your own laws only"),
+            (lambda: dq.settling_gain(dq.Law(lambda goal: -goal.screw_log()), "puma560"), "does not settle"),
             (lambda: servo.cycle(0.1, START[:5]), "has 5 numbers, expected 6"),
             (lambda: servo.cycle(-1.0, START), "now is -1 s"),
             (lambda: dq.Servo("ur5e", {"update_rate": 0}), "update_rate"),
@@ -395,6 +472,8 @@ class Documents(unittest.TestCase):
     def test_the_stubs_have_what_the_module_has(self):
         tree = ast.parse((Path(dq.__file__).parent / "_native.pyi").read_text())
         items = [node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
+        # What an own law has is described in the stubs alone.
+        items = [node for node in items if node.name != "OwnLaw"]
         public = {name for name in dir(_native) if not name.startswith("_")}
         self.assertEqual({node.name for node in items}, public)
         self.assertEqual(public, set(dq.__all__))
@@ -404,6 +483,20 @@ class Documents(unittest.TestCase):
                 stubs = {item.name for item in functions if not item.name.startswith("_")}
                 there = {name for name in vars(getattr(_native, node.name)) if not name.startswith("_")}
                 self.assertEqual(stubs, there, node.name)
+
+    def test_help_says_what_the_stubs_say(self):
+        tree = ast.parse((Path(dq.__file__).parent / "_native.pyi").read_text())
+        count = 0
+        for node in tree.body:
+            there = getattr(_native, getattr(node, "name", ""), None)
+            members = getattr(node, "body", []) if isinstance(node, ast.ClassDef) else []
+            pairs = [(node, there)] + [(it, getattr(there, it.name, None)) for it in members if hasattr(it, "name")]
+            for stub, item in pairs:
+                if item is not None and not stub.name.startswith("_"):
+                    self.assertEqual(inspect.getdoc(item), ast.get_docstring(stub), stub.name)
+                    self.assertTrue(ast.get_docstring(stub), stub.name)
+                    count += 1
+        self.assertGreater(count, 50)
 
     def test_every_block_of_the_page_runs(self):
         page = (ROOT / "src/guide/python.md").read_text()

@@ -159,13 +159,17 @@ impl<'a> Tasks<'a> {
 /// approximate, from only a few tasks.
 ///
 /// # Errors
-/// The first error of a simulated run. There is none in practice.
+/// [`CompareError::NeverSettles`] if the law settles in less than half of the tasks at every gain.
 pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     let pilots = Tasks::new(arm, PILOT_SEED)?;
     let matched = Matched::SettlingTime;
     let target = pilots.medians(REFERENCE.0, REFERENCE.1, FEW)?.of(matched);
     let search = Search { pilots: &pilots, law, matched, target, count: FEW };
-    search.fine(search.coarse()?)
+    let gain = search.fine(search.coarse()?)?;
+    match search.median(gain)?.is_finite() {
+        true => Ok(gain),
+        false => Err(CompareError::NeverSettles { law: law.name().to_owned(), arm: arm.name.clone() }),
+    }
 }
 
 /// Chooses the gain of each law on an arm, once for equal settling time and once for equal peak speed.

@@ -137,6 +137,16 @@ pub enum CompareError {
         /// The expected number of runs.
         expected: u64,
     },
+    /// The law settles in less than half of the tasks, whatever its gain is.
+    #[error(
+        "{law} does not settle in half of the tasks of {arm} at any gain, so no gain makes it comparable"
+    )]
+    NeverSettles {
+        /// The name of the law.
+        law: String,
+        /// The name of the arm.
+        arm: String,
+    },
     /// A run cannot be written as a line.
     #[error("a run cannot be written: {0}")]
     Unwritable(#[from] serde_json::Error),

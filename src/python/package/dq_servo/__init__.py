@@ -11,6 +11,7 @@ from ._native import (
     Pose,
     Run,
     Servo,
+    __version__,
     arms,
     compare,
     conjugate,
@@ -26,4 +27,23 @@ from ._native import (
     tasks,
 )
 
-__all__ = [name for name in dir() if not name.startswith("_")]
+__all__ = [
+    "Chain",
+    "Law",
+    "Pose",
+    "Run",
+    "Servo",
+    "arms",
+    "compare",
+    "conjugate",
+    "dual_hamilton_minus",
+    "dual_hamilton_plus",
+    "hamilton_minus",
+    "hamilton_plus",
+    "laws",
+    "multiply",
+    "recorded",
+    "replay",
+    "settling_gain",
+    "tasks",
+]

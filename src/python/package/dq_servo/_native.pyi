@@ -1,8 +1,8 @@
-"""The types and functions of the Rust part."""
+"""The types and functions of the Rust part. A test checks that its documents are those of `help()`."""
 
 from collections.abc import Callable, Mapping
 from os import PathLike
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from numpy import float64
 from numpy.typing import ArrayLike, NDArray
@@ -13,13 +13,15 @@ Parameter = bool | int | float | str | list[bool] | list[int] | list[float] | li
 Parameters = Mapping[str, Parameter | Array]
 
 class Pose:
-    """A pose as a unit dual quaternion: `a * b` composes two poses, `-a` is the same pose with the other sign."""
+    """A pose as a unit dual quaternion: `a * b` and `a @ b` compose two poses, `-a` is the same pose with the other sign."""
 
     def __init__(self, translation: ArrayLike, rotation: ArrayLike) -> None:
         """Creates a pose from the translation [m] and the unit quaternion (w, x, y, z), both in the base frame (eq. 13)."""
 
     @staticmethod
-    def identity() -> Pose: ...
+    def identity() -> Pose:
+        """Returns the pose without rotation and translation."""
+
     @staticmethod
     def from_angle_axis(translation: ArrayLike, angle: float, axis: ArrayLike) -> Pose:
         """Creates a pose that rotates by `angle` [rad] about `axis`, then translates (the paper's unitdq)."""
@@ -41,7 +43,9 @@ class Pose:
         """Returns the inverse of `half_log` (the paper's explogdq)."""
 
     @property
-    def translation(self) -> Array: ...
+    def translation(self) -> Array:
+        """The translation [m] in the base frame."""
+
     @property
     def rotation(self) -> Array:
         """The unit quaternion (w, x, y, z)."""
@@ -65,7 +69,14 @@ class Pose:
     def conjugate(self) -> Pose:
         """Returns the inverse pose (the paper's cdualq)."""
 
+    def inverse(self) -> Pose:
+        """Returns the inverse pose, like `conjugate`."""
+
+    def sclerp(self, other: Pose, t: float) -> Pose:
+        """Returns the pose at the fraction `t` of the screw motion from this pose to `other` (ScLERP), by the shorter way."""
+
     def __mul__(self, right: Pose) -> Pose: ...
+    def __matmul__(self, right: Pose) -> Pose: ...
     def __neg__(self) -> Pose: ...
 
 class Chain:
@@ -84,7 +95,9 @@ class Chain:
         """Creates a chain from the part of a robot description between two links."""
 
     @property
-    def joint_count(self) -> int: ...
+    def joint_count(self) -> int:
+        """The number of joints."""
+
     def forward_kinematics(self, theta: ArrayLike) -> Pose:
         """Returns the tool pose in the base frame (eq. 14)."""
 
@@ -109,30 +122,51 @@ class Chain:
     def jacobian_batch(self, thetas: ArrayLike) -> NDArray[float64]:
         """Returns the N×6×n Jacobians at N×n joint positions, like `jacobian`."""
 
-class Law:
-    """A control law with its gains: one of `laws()`, or your own function.
+class OwnLaw(Protocol):
+    """A law with a memory: an object with these two members. `begin(body_twist, memory)` is optional, and sets the memory at the
+    beginning of a motion."""
 
-    The function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist (angular, linear) that moves the
-    tool to the goal at gain 1: `Law(lambda goal: goal.screw_log())` is logc.
+    memory: int
+    """How many numbers the law remembers during a motion, at most 24."""
+
+    def twist(self, goal: Pose, body_twist: Array, dt: float, memory: Array) -> ArrayLike:
+        """Returns the twist (angular, linear) that moves the tool to the goal at gain 1, and updates `memory`.
+
+        `goal` is the goal relative to the tool, `body_twist` the tool's twist by the last command, `dt` [s] the time since then. All
+        twists are along the tool's axes. The servo may ask several times in a cycle, so keep everything in `memory`, which begins
+        with zeros in each motion, and nothing in `self`.
+        """
+
+class Law:
+    """A control law with its gains: one of `laws()`, or your own function or object.
+
+    A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist (angular, linear) that moves the
+    tool to the goal at gain 1: `Law(lambda goal: goal.screw_log())` is logc. An object has a memory: see `OwnLaw` in the stubs.
     """
 
     def __init__(
         self,
-        law: str | Callable[[Pose], ArrayLike],
+        law: str | Callable[[Pose], ArrayLike] | OwnLaw,
         gains: float | list[float] | None = None,
         *,
         aim: Literal["pose", "position", "position_and_axis", "orientation", "distance"] = "pose",
-        map: Literal["damped_inverse", "transpose"] = "damped_inverse",
+        map: Literal["damped_inverse", "transpose"] | None = None,
     ) -> None:
         """Creates a law. `gains` is one number for all gains, or a list with a number for each gain. `map` says how the twist of your own
-        function becomes joint velocities."""
+        law becomes joint velocities; by default it is damped_inverse."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name of the law; your own law is called own."""
+
     @property
-    def gains(self) -> list[float]: ...
+    def gains(self) -> list[float]:
+        """The gains, one or two."""
+
     def step(self, chain: Chain, theta: ArrayLike, goal: Pose) -> Array:
-        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts."""
+        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts.
+
+        A law with a memory is asked as if the motion began now. Use `Servo` for its whole motion."""
 
     def step_batch(self, chain: Chain, thetas: ArrayLike, goals: ArrayLike) -> Array:
         """Returns the N×n joint velocities for N×n joint positions and N×8 goals."""
@@ -193,9 +227,13 @@ class Servo:
         """The parameters with their values."""
 
     @property
-    def joints(self) -> list[str]: ...
+    def joints(self) -> list[str]:
+        """The names of the joints."""
+
     @property
-    def state(self) -> str: ...
+    def state(self) -> str:
+        """The state, such as tracking or settled."""
+
     @property
     def pose(self) -> Pose | None:
         """The tool pose at the last joint positions; None before the first cycle."""
@@ -212,15 +250,21 @@ class Run:
     """The run of one servo in a bag. Times are counted from its first motion [s]."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name of the servo's node."""
+
     @property
-    def joints(self) -> list[str]: ...
+    def joints(self) -> list[str]:
+        """The names of the joints."""
+
     @property
     def positions(self) -> Curve:
         """Times, and N×n joint positions."""
 
     @property
-    def velocities(self) -> Curve: ...
+    def velocities(self) -> Curve:
+        """Times, and N×n joint velocities."""
+
     @property
     def poses(self) -> Curve:
         """Times, and the N×8 dual quaternions of the controlled pose."""
@@ -259,7 +303,9 @@ def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None 
     N×8 goals."""
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
-    """Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses."""
+    """Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
+
+    Raises a ValueError if the law settles in less than half of the tasks at every gain."""
 
 def compare(
     law: Law,
