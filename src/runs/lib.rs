@@ -2,6 +2,7 @@
 
 mod announced;
 mod csv;
+mod given_goals;
 mod motion_rows;
 mod plot;
 mod reader;
@@ -11,8 +12,9 @@ mod run;
 mod thinned;
 
 pub use csv::csv;
+pub use given_goals::GivenGoals;
 pub use plot::plot;
-pub use recorded::{Recorded, recorded};
+pub use recorded::{Recorded, recorded, recorded_toward};
 pub use replay::{Replayed, replay, replayable_from};
 pub use run::{ArmCommands, Change, ChangeKind, MotionRow, RecordedRun, Sample};
 pub use thinned::Thinned;
@@ -31,6 +33,16 @@ pub enum RunError {
     /// The bag has no arm that could be drawn.
     #[error("{0}")]
     NoRobot(String),
+    /// An arm without a known servo has no goal on the topic that the caller named.
+    #[error("{run}: no message of geometry_msgs/msg/PoseStamped on {topic} is a goal{instead}")]
+    NoGoals {
+        /// The name of the run.
+        run: String,
+        /// The topic.
+        topic: String,
+        /// What the bag has instead, as the end of the sentence.
+        instead: String,
+    },
     /// The bag does not have what a replay needs.
     #[error("the bag cannot be replayed: {0}")]
     NotReplayable(String),

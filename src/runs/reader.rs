@@ -1,6 +1,7 @@
 //! Reads the messages of one servo and the joint states of its arms.
 
 use super::announced::{AnnouncedParameters, changed};
+use super::given_goals::{GivenGoals, MeasuredMotions};
 use super::motion_rows::MotionRows;
 use super::run::{ArmCommands, Change, ChangeKind, RecordedRun, Sample};
 use super::{RunError, Thinned};
@@ -12,7 +13,8 @@ use dq_config::ServoParameters;
 use dq_core::servo::{Goal, Interface, Settings, StateError};
 use dq_link::longest_travel;
 use dq_messages::messages::{
-    DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped, UInt8MultiArray,
+    DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, PoseStamped, TwistStamped,
+    UInt8MultiArray,
 };
 use dq_metrics::GoalError;
 use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
@@ -81,6 +83,8 @@ pub(super) struct RunReader {
     /// Whether the servo sent nothing in the last recorded cycle.
     sent_nothing: bool,
     motions: MotionRows,
+    /// The measured motions of a controller that reports none, and the topic of its goals.
+    measured: Option<(MeasuredMotions, Option<String>)>,
     /// The error of the first joint state that does not belong to this arm.
     unusable: Option<StateError>,
 }
@@ -129,6 +133,7 @@ impl RunReader {
         let arms = parameters.joints.len();
         Self {
             motions: MotionRows::new(&run.name),
+            measured: None,
             run,
             namespace: namespace.to_owned(),
             node,
@@ -148,6 +153,23 @@ impl RunReader {
             cycle: None,
             sent_nothing: false,
             unusable: None,
+        }
+    }
+
+    /// Measures the motions toward the goals `given`, because no servo reports them.
+    pub fn measure_toward(&mut self, given: &GivenGoals) {
+        let measured = MeasuredMotions::new(&self.run.name, self.run.tolerance);
+        self.measured = Some((measured, given.topic().map(str::to_owned)));
+        if let GivenGoals::Pose(goal) = given {
+            self.take_goal(0.0, *goal);
+        }
+    }
+
+    fn take_goal(&mut self, time: f64, goal: UnitDualQuaternion) {
+        let Some((measured, _)) = &mut self.measured else { return };
+        self.run.goals.push((time, goal));
+        if measured.take_goal(time, goal) {
+            self.change(time, ChangeKind::Goal, "goal".to_owned());
         }
     }
 
@@ -242,11 +264,17 @@ impl RunReader {
         }
         let found = self.gaps.as_mut().and_then(|gaps| gaps.check(arms.chains(), &self.positions).err());
         self.run.inside = self.run.inside.take().or(found.map(|found| (time, found)));
+        let pose = arms.pose();
+        if let Some((measured, _)) = &mut self.measured
+            && let Some(error) = measured.sample(time, &pose, &self.positions, &self.velocities)
+        {
+            self.run.errors.push((time, error));
+        }
         self.run.samples.push(Sample {
             time,
             positions: self.positions.clone(),
             velocities: self.velocities.clone(),
-            pose: arms.pose(),
+            pose,
             jumped: std::mem::take(&mut self.tool_changed) || jumped,
             smallest_singular_value: settings.controller.smallest_singular_value(arms.state()),
         });
@@ -358,12 +386,18 @@ impl Reader for RunReader {
         let of_node = self.node.as_ref().and_then(|node| topic.strip_prefix(node.as_str()));
         let of_namespace = || topic.strip_prefix(&self.namespace);
         let of_arm = |topic: &str| self.kind.arms().iter().any(|arm| is_of_arm(topic, arm));
-        of_node.is_some_and(|topic| ["/status", "/motions", "/pose_error", "/events"].contains(&topic))
+        let of_goals = self.measured.as_ref().is_some_and(|(_, goals)| goals.as_deref() == Some(topic));
+        of_goals
+            || of_node.is_some_and(|topic| ["/status", "/motions", "/pose_error", "/events"].contains(&topic))
             || of_namespace().is_some_and(of_arm)
     }
 
     fn take(&mut self, time: f64, origin: i64, message: &BagMessage) {
         self.apply_until(time, origin);
+        if self.measured.as_ref().is_some_and(|(_, goals)| goals.as_deref() == Some(&*message.topic)) {
+            let goal = message.decode::<PoseStamped>().ok().and_then(|message| goal_of(&message));
+            return goal.into_iter().for_each(|goal| self.take_goal(time, goal));
+        }
         let measured = |stamp: i64| {
             let stamp = (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
             if (time - LATE..=time).contains(&stamp) { stamp } else { time }
@@ -420,7 +454,10 @@ impl Reader for RunReader {
                 self.run.name
             ));
         }
-        self.run.motions = self.motions.finish();
+        self.run.motions = match self.measured {
+            Some((measured, _)) => measured.finish(),
+            None => self.motions.finish(),
+        };
         self.run.show_most();
         let shown = self.run.shown.clone();
         // Times count from the first motion of the shown part. This motion may have begun before the part's first joint state.
@@ -434,6 +471,12 @@ impl Reader for RunReader {
         self.run.begin_at(zero);
         Ok(self.run)
     }
+}
+
+/// Returns the goal of a message; `None` if its numbers are not a pose.
+fn goal_of(message: &PoseStamped) -> Option<UnitDualQuaternion> {
+    let (p, r) = (&message.pose.position, &message.pose.orientation);
+    Goal::new([p.x, p.y, p.z], [r.x, r.y, r.z, r.w], "", "").ok().map(|goal| *goal.base_from_goal())
 }
 
 /// Returns the checks of keep-outs from the arm's present position on, if constraints are on.

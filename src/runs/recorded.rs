@@ -2,6 +2,7 @@
 //! announced parameters, then for everything else. Never keeps the whole bag in memory.
 
 use super::announced::{Announced, AnnouncedParameters};
+use super::given_goals::GivenGoals;
 use super::reader::{Reader, RunReader};
 
 use super::{RecordedRun, RunError};
@@ -14,14 +15,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The types of messages from which the curves are made.
-const TYPES: [&str; 6] = [
+const TYPES: [&str; 7] = [
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/Float64MultiArray",
     "std_msgs/msg/UInt8MultiArray",
     "trajectory_msgs/msg/JointTrajectory",
     "geometry_msgs/msg/TwistStamped",
+    GOAL,
     "diagnostic_msgs/msg/DiagnosticStatus",
 ];
+
+/// The type of the goals of a controller that reports no motions.
+const GOAL: &str = "geometry_msgs/msg/PoseStamped";
 
 /// The largest number of servos of one kind, and of arms without a known servo, that are drawn.
 const MOST: usize = 64;
@@ -43,8 +48,21 @@ pub struct Recorded {
 /// # Errors
 /// [`RunError::Bag`]; [`RunError::NoRobot`] if nothing can be drawn; [`RunError::Parameters`].
 pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<Recorded, RunError> {
+    recorded_toward(path, name, fallback, None)
+}
+
+/// Reads the runs like [`recorded`], and measures the motions of arms without a known servo toward the goals `given`.
+///
+/// # Errors
+/// The errors of [`recorded`]; [`RunError::NoGoals`] if the topic of the goals has none.
+pub fn recorded_toward(
+    path: &Path,
+    name: &str,
+    fallback: &ServoParameters,
+    given: Option<&GivenGoals>,
+) -> Result<Recorded, RunError> {
     let announced = Announced::read(Bag::open(path)?);
-    let mut readers = readers(&announced, name, fallback)?;
+    let mut readers = readers(&announced, name, fallback, given)?;
     let mut bag = Bag::open(path)?.only(&TYPES);
     let mut targets = HashMap::<Arc<str>, Vec<usize>>::new();
     let (mut first, mut time) = (None, f64::NEG_INFINITY);
@@ -64,6 +82,10 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
     for reader in readers {
         match reader.finish() {
             Ok(run) => {
+                let lacks_goals = !run.parameters_known && run.goals.is_empty();
+                if let Some(topic) = given.and_then(GivenGoals::topic).filter(|_| lacks_goals) {
+                    return Err(no_goals(&run.name, topic, &announced));
+                }
                 warnings.extend(run.notes.iter().cloned());
                 runs.push(run);
             }
@@ -81,6 +103,16 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
     Ok(Recorded { runs, warnings, losses })
 }
 
+/// Creates the error for a run without a goal on `topic`, which names the topics that have goals.
+fn no_goals(run: &str, topic: &str, announced: &Announced) -> RunError {
+    let with_goals = announced.topics().iter().filter(|topic| topic.message == GOAL);
+    let others: Vec<_> =
+        with_goals.map(|topic| shown(&topic.name, NAME)).filter(|name| name != topic).collect();
+    let instead =
+        if others.is_empty() { String::new() } else { format!("; the bag has {}", others.join(", ")) };
+    RunError::NoGoals { run: run.to_owned(), topic: shown(topic, NAME), instead }
+}
+
 fn seconds(message: &BagMessage, origin: i64) -> f64 {
     (i128::from(message.log_time) - i128::from(origin)) as f64 * 1e-9
 }
@@ -90,6 +122,7 @@ fn readers(
     announced: &Announced,
     name: &str,
     fallback: &ServoParameters,
+    given: Option<&GivenGoals>,
 ) -> Result<Vec<Box<dyn Reader>>, RunError> {
     let (mut readers, mut known) = (Vec::new(), Vec::new());
     for kind in [ServoKind::TwoArms, ServoKind::OneArm] {
@@ -100,7 +133,10 @@ fn readers(
     let states = announced.topics().iter().filter(|topic| topic.message == "sensor_msgs/msg/JointState");
     for namespace in states.filter_map(|topic| topic.name.strip_suffix("joint_states")).take(MOST) {
         if namespace.ends_with('/') && !known.iter().any(|known| known == namespace) {
-            let reader = RunReader::new(called(name, namespace), namespace, None, fallback.clone());
+            let mut reader = RunReader::new(called(name, namespace), namespace, None, fallback.clone());
+            if let Some(given) = given {
+                reader.measure_toward(given);
+            }
             readers.push(Box::new(reader));
         }
     }

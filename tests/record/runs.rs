@@ -14,7 +14,9 @@ use dq_messages::{Parameter, ParameterEvent};
 use dq_nodes::Prepared;
 use dq_params::Value;
 use dq_ros::ros::RosArgs;
-use dq_runs::{Recorded, RecordedRun, Replayed, RunError, plot, recorded, replay};
+use dq_runs::{
+    GivenGoals, Recorded, RecordedRun, Replayed, RunError, plot, recorded, recorded_toward, replay,
+};
 use dq_wire::{CycleRecord, Recorded as RecordedEvent};
 use std::ffi::OsStr;
 use std::path::Path;
@@ -495,4 +497,62 @@ fn invalid_runs_are_reported() {
             dq_servo(&[&command as &dyn AsRef<OsStr>].into_iter().chain(bags).collect::<Vec<_>>());
         assert!(code == Some(2) && told.lines().count() == 1 && told.contains(needle), "{command}: {told}");
     }
+}
+
+/// Writes the demo's bag as another controller would leave it: joint states, and goals on `/target_pose`. Its arm is the PUMA 560.
+fn of_another_controller(path: &Path) {
+    demo_with(path, |samples| {
+        samples.retain(|sample| ["/joint_states", "/goal_pose"].contains(&&*sample.topic));
+        for sample in samples.iter_mut().filter(|sample| sample.topic == "/goal_pose") {
+            "/target_pose".clone_into(&mut sample.topic);
+        }
+    });
+}
+
+#[test]
+fn the_motions_of_another_controller_are_measured_toward_its_goals() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    of_another_controller(&bag);
+    assert!(runs(&bag).unwrap()[0].motions.is_empty());
+    let topic = GivenGoals::Topic("/target_pose".to_owned());
+    let measured = recorded_toward(&bag, "bag", &puma560(), Some(&topic)).unwrap().runs.remove(0);
+    let reported = only_run(Path::new(DEMO));
+    assert_eq!(measured.motions.len(), 2);
+    for (measured, reported) in measured.motions.iter().zip(&reported.motions) {
+        assert_eq!(measured.outcome, reported.outcome);
+        let (ours, theirs) = (measured.figures, reported.figures);
+        let near = |one: Option<f64>, other: Option<f64>| (one.unwrap() - other.unwrap()).abs() < 0.05;
+        assert!(near(ours.settling_time_position, theirs.settling_time_position), "{ours:?} {theirs:?}");
+        assert!(near(ours.settling_time_rotation, theirs.settling_time_rotation), "{ours:?} {theirs:?}");
+        assert!((ours.path_length / theirs.path_length - 1.0).abs() < 0.01, "{ours:?} {theirs:?}");
+        assert!((ours.effort / theirs.effort - 1.0).abs() < 0.1, "{ours:?} {theirs:?}");
+        assert!((ours.overshoot - theirs.overshoot).abs() < 1e-3, "{ours:?} {theirs:?}");
+    }
+    assert!(!measured.errors.is_empty());
+    // The last goal alone: one motion, from the first joint state on.
+    let goal = measured.motions[1].goal.unwrap().map(|number| number.to_string());
+    let out = folder.path().join("plots");
+    let arguments: [&dyn AsRef<OsStr>; 5] = [&"plot", &bag, &"--json", &"--out", &out];
+    let numbers = goal.iter().map(|number| number as &dyn AsRef<OsStr>);
+    let (code, stdout, stderr) = dq_servo(
+        &arguments.into_iter().chain([&"--goal" as &dyn AsRef<OsStr>]).chain(numbers).collect::<Vec<_>>(),
+    );
+    assert_eq!(code, Some(0), "{stderr}");
+    let motions: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(motions.as_array().unwrap().len(), 1);
+    assert_eq!(motions[0]["outcome"], "arrived");
+}
+
+#[test]
+fn a_goal_topic_without_goals_is_an_error_that_names_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let (bag, out) = (folder.path().join("bag"), folder.path().join("plots"));
+    of_another_controller(&bag);
+    let (code, _, stderr) = dq_servo(&[&"plot", &bag, &"--out", &out, &"--goal", &"goal_pose"]);
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("/goal_pose is a goal; the bag has /target_pose"), "{stderr}");
+    let (code, _, stderr) = dq_servo(&[&"plot", &bag, &"--out", &out, &"--goal", &"1", &"2"]);
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("seven numbers"), "{stderr}");
 }

@@ -102,6 +102,7 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
         RunError::NoRobot(_)
         | RunError::TooMany { .. }
         | RunError::NotReplayable(_)
+        | RunError::NoGoals { .. }
         | RunError::Parameters(_)
         | RunError::Settings(_) => true,
     };

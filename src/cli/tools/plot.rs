@@ -6,11 +6,12 @@ use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use comfy_table::Table;
+use dq_core::servo::Goal;
 use dq_figures::{DrawError, Figure, Width};
 use dq_kinematics::arm::{Chain, JointKind};
 use dq_ros::ros::RosArgs;
 use dq_ros::stderr;
-use dq_runs::{MotionRow, Recorded, RecordedRun, csv, plot, recorded};
+use dq_runs::{GivenGoals, MotionRow, Recorded, RecordedRun, csv, plot, recorded_toward};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -32,13 +33,17 @@ pub(in crate::cli) struct Plot {
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
+    /// The goals of another controller, whose motions are then measured: a topic of PoseStamped in the bag, or the numbers x y z
+    /// qx qy qz qw of one goal; in the arm's base frame
+    #[arg(long, value_name = "TOPIC|NUMBER", num_args = 1..=7, allow_negative_numbers = true)]
+    goal: Vec<String>,
     #[command(flatten)]
     arm: ArmChoice,
 }
 
 impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
+        let runs = read_all(&self.bags, &self.arm.and(ros_args), self.given_goals()?.as_ref())?;
         for run in &runs {
             if !run.parameters_known && !self.arm.is_some() {
                 stderr::line(format!(
@@ -70,7 +75,9 @@ impl Plot {
             let kinds = runs.iter().flat_map(|run| &run.arms).flat_map(Chain::kinds);
             let joints: Vec<_> = kinds.copied().collect();
             match motions.is_empty() {
-                true => print_line!("the bag has no motions that a servo reported (~/motions)\n\n{figures}")?,
+                true => print_line!(
+                    "the bag has no motions that a servo reported (~/motions); --goal names the goals of another controller\n\n{figures}"
+                )?,
                 false => {
                     let notes = notes(&motions) + &clearances(&runs);
                     print_line!("{}{notes}\n\n{figures}", table(&motions, &joints))?;
@@ -82,6 +89,23 @@ impl Plot {
 }
 
 impl Plot {
+    /// Returns the goals of another controller, if they are given.
+    fn given_goals(&self) -> Result<Option<GivenGoals>, Usage> {
+        let numbers: Result<Vec<f64>, _> = self.goal.iter().map(|text| text.parse()).collect();
+        let (position, orientation) = match (self.goal.as_slice(), numbers.as_deref()) {
+            ([], _) => return Ok(None),
+            ([topic], Err(_)) => {
+                return Ok(Some(GivenGoals::Topic(format!("/{}", topic.trim_start_matches('/')))));
+            }
+            (_, Ok([x, y, z, qx, qy, qz, qw])) => ([*x, *y, *z], [*qx, *qy, *qz, *qw]),
+            _ => {
+                return Err(Usage("--goal takes a topic, or the seven numbers x y z qx qy qz qw".to_owned()));
+            }
+        };
+        let goal = Goal::new(position, orientation, "", "").map_err(|why| Usage(format!("--goal: {why}")))?;
+        Ok(Some(GivenGoals::Pose(*goal.base_from_goal())))
+    }
+
     /// Writes into the output folder the paths of the bags whose figures will be in the folder.
     ///
     /// # Errors
@@ -116,11 +140,18 @@ impl Plot {
 
 /// Reads the runs of all bags, and lists on stderr what could not be read. Runs without recorded parameters get the parameters that
 /// a servo with these ROS arguments has.
-pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
+///
+/// The motions of other controllers are measured toward the goals `given`.
+pub(super) fn read_all(
+    bags: &[PathBuf],
+    ros_args: &RosArgs,
+    given: Option<&GivenGoals>,
+) -> anyhow::Result<Vec<RecordedRun>> {
     let servo = crate::cli::offline(ros_args.clone())?;
     let mut runs = Vec::new();
     for bag in bags {
-        let Recorded { runs: more, warnings, losses } = recorded(bag, &name(bag, bags), servo.parameters())?;
+        let Recorded { runs: more, warnings, losses } =
+            recorded_toward(bag, &name(bag, bags), servo.parameters(), given)?;
         warnings.into_iter().chain(losses.lines()).for_each(|why| stderr::line(format!("warning: {why}")));
         runs.extend(more);
     }

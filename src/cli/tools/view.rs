@@ -66,7 +66,7 @@ impl View {
 
     /// Plays the bags until a signal arrives. A signal that arrives while the bags are read ends the program at once.
     async fn play(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
+        let runs = read_all(&self.bags, &self.arm.and(ros_args), None)?;
         let mut signals = Signals::new()?;
         let warn = |why: &str| dq_ros::stderr::line(format!("warning: {why}"));
         // Keep the robot's end open. Otherwise sessions would have nothing to wait for.
