@@ -6,12 +6,11 @@ use super::parameters::CYCLE_ENDED;
 use super::{NodeError, Prepared, shutdown};
 use dq_check::Guard;
 use dq_config::{GuardParameters, NodeParameters};
-use dq_core::servo::{Interface, JointOrder};
+use dq_core::servo::JointOrder;
 use dq_messages::messages::*;
 use dq_messages::{Direction, NodeContract};
 use dq_ros::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
-use dq_wire::KeyValues;
-use dq_wire::{Command, Contract, command_array, command_topic, command_trajectory};
+use dq_wire::{Command, Contract, KeyValues, command_topic, with_command};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -97,6 +96,15 @@ impl GuardNode {
     }
 }
 
+/// The commands to the arm. Their message type depends on the arm's controller.
+trait Commands: Send {
+    fn topic(&self) -> &str;
+    /// Gives `guard` the commands of all publishers other than guards.
+    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration);
+    /// Sends a command that stops the arm.
+    fn send(&self, numbers: &[f64], joints: &[String]);
+}
+
 /// The commands of one type: the subscription to the servo's commands, and the publisher of the guard's own commands.
 struct Channel<M: Message> {
     watched: Subscription<M>,
@@ -108,45 +116,24 @@ impl<M: Command> Channel<M> {
         let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
         Ok(Self { watched: node.subscription_as(&entry, topic)?, sent: node.publisher_as(&entry, topic)? })
     }
+}
 
-    /// Gives `guard` the commands of all publishers other than guards.
+impl<M: Command> Commands for Channel<M> {
+    fn topic(&self) -> &str {
+        self.sent.topic()
+    }
+
     fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
         self.watched.each(|command, _| {
             if !command.is_of_guard() {
-                guard.hear(&command.in_order(joints), now);
+                let numbers = command.target(joints).map(|(numbers, _)| numbers);
+                guard.hear(&numbers.unwrap_or_default(), now);
             }
         });
     }
-}
 
-/// The commands to the arm. Their message type depends on the arm's controller.
-enum Commands {
-    Arrays(Channel<Float64MultiArray>),
-    Trajectories(Channel<JointTrajectory>),
-}
-
-impl Commands {
-    fn topic(&self) -> &str {
-        match self {
-            Self::Arrays(channel) => channel.sent.topic(),
-            Self::Trajectories(channel) => channel.sent.topic(),
-        }
-    }
-
-    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
-        match self {
-            Self::Arrays(channel) => channel.hear(guard, joints, now),
-            Self::Trajectories(channel) => channel.hear(guard, joints, now),
-        }
-    }
-
-    fn send(&self, numbers: Vec<f64>, joints: &[String]) {
-        match self {
-            Self::Arrays(channel) => channel.sent.publish(command_array(numbers).of_guard()),
-            Self::Trajectories(channel) => {
-                channel.sent.publish(command_trajectory(joints.to_vec(), numbers, STAND).of_guard());
-            }
-        }
+    fn send(&self, numbers: &[f64], joints: &[String]) {
+        self.sent.publish(M::create(numbers.to_vec(), joints, STAND).of_guard());
     }
 }
 
@@ -157,7 +144,7 @@ struct Watch {
     /// Receives the timeout when its parameter is changed.
     inbox: Receiver<Duration>,
     joint_states: Arc<Subscription<JointState>>,
-    commands: Commands,
+    commands: Box<dyn Commands>,
     status: Publisher<DiagnosticStatus>,
     status_sent: Duration,
     node: String,
@@ -179,12 +166,8 @@ impl Watch {
         // Create this publisher first, so that the servo knows the guard before the servo discovers the guard's command publisher.
         let status = node.publisher(contract, "command_guard")?;
         let topic = command_topic(interface);
-        let commands = match interface {
-            Interface::Trajectory => Commands::Trajectories(Channel::new(node, contract, topic)?),
-            Interface::Velocity | Interface::Position => {
-                Commands::Arrays(Channel::new(node, contract, topic)?)
-            }
-        };
+        let commands: Box<dyn Commands> =
+            with_command!(interface, M => Box::new(Channel::<M>::new(node, contract, topic)?));
         Ok(Self {
             guard: Guard::new(interface, joints.names().len(), command_timeout),
             joints,
@@ -213,7 +196,7 @@ impl Watch {
         });
         self.commands.hear(guard, joints.names(), tick.now);
         if let Some(command) = guard.step(tick.now) {
-            self.commands.send(command.to_vec(), joints.names());
+            self.commands.send(command, joints.names());
         }
         if guard.stops() > self.stops {
             self.stops = guard.stops();
