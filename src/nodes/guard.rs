@@ -1,8 +1,8 @@
 //! The guard node: watches the commands to one arm, and stops the arm if the commands cease while the arm moves.
 
-use super::complaint::due;
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::parameters::CYCLE_ENDED;
+use super::throttle::Throttle;
 use super::{NodeError, Prepared, shutdown};
 use dq_check::Guard;
 use dq_config::{GuardParameters, NodeParameters};
@@ -146,10 +146,10 @@ struct Watch {
     joint_states: Arc<Subscription<JointState>>,
     commands: Box<dyn Commands>,
     status: Publisher<DiagnosticStatus>,
-    status_sent: Duration,
+    status_due: Throttle,
     node: String,
     stops: u64,
-    warned: Duration,
+    warning_due: Throttle,
     needed: watch::Sender<bool>,
     log: Logger,
 }
@@ -175,10 +175,10 @@ impl Watch {
             joint_states: Arc::new(node.adapting_subscription(contract, "joint_states")?),
             commands,
             status,
-            status_sent: Duration::ZERO,
+            status_due: Throttle::new(STATUS_INTERVAL),
             node: node.name().fully_qualified(),
             stops: 0,
-            warned: Duration::ZERO,
+            warning_due: Throttle::new(WARNING_INTERVAL),
             needed,
             log: node.log().clone(),
         })
@@ -209,10 +209,10 @@ impl Watch {
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
         if self.guard.hears(tick.now) {
             // A guard that receives no joint states must not report that it is watching.
-            if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
+            if self.status_due.is_due(tick.now) {
                 self.publish_status();
             }
-        } else if is_needed && due(&mut self.warned, tick.now, WARNING_INTERVAL) {
+        } else if is_needed && self.warning_due.is_due(tick.now) {
             self.log.warn(&format!(
                 "no {} for half of command_timeout: the guard cannot tell whether commands have ended, and sends nothing",
                 self.joint_states.topic()

@@ -1,10 +1,11 @@
 //! The plant node `puma560`: a kinematic arm that takes the place of the robot.
 
-use super::complaint::{WarningOnChange, due};
+use super::complaint::WarningOnChange;
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::parameters::CYCLE_ENDED;
 use super::requests::{self, Reply};
+use super::throttle::Throttle;
 use super::{NodeError, Prepared};
 use dq_config::{ArmParameters, NodeParameters, PlantParameters};
 use dq_core::servo::Interface;
@@ -112,13 +113,13 @@ struct Cycle {
     _tf_static: Publisher<TFMessage>,
     _description: Publisher<StringMessage>,
     node: String,
-    transforms_sent: Duration,
-    diagnostics_sent: Duration,
+    transforms_due: Throttle,
+    diagnostics_due: Throttle,
     rejected: u64,
     rivals: WarningOnChange,
     name_watch: NameWatch,
     namesakes: WarningOnChange,
-    warned: Duration,
+    warning_due: Throttle,
     log: Logger,
 }
 
@@ -230,13 +231,13 @@ impl Cycle {
             _tf_static: tf_static,
             _description: description,
             node: node.name().name().to_owned(),
-            transforms_sent: Duration::ZERO,
-            diagnostics_sent: Duration::ZERO,
+            transforms_due: Throttle::new(TRANSFORM_INTERVAL),
+            diagnostics_due: Throttle::new(DIAGNOSTICS_INTERVAL),
             rejected: 0,
             rivals: WarningOnChange::default(),
             name_watch: node.watch_name(&node.name().fully_qualified()),
             namesakes: WarningOnChange::default(),
-            warned: Duration::ZERO,
+            warning_due: Throttle::new(Duration::from_secs(1)),
             log: node.log().clone(),
         })
     }
@@ -265,7 +266,7 @@ impl Cycle {
     /// Counts a rejected command, and logs a warning at most once per second.
     fn reject(&mut self, now: Duration, why: &str) {
         self.rejected += 1;
-        if due(&mut self.warned, now, Duration::from_secs(1)) {
+        if self.warning_due.is_due(now) {
             self.log.warn(&format!("command rejected: {why}"));
         }
     }
@@ -279,11 +280,11 @@ impl Cycle {
             (state.position, state.velocity) = (positions, velocities);
             self.joint_states.publish(self.state.clone());
         }
-        if due(&mut self.diagnostics_sent, now, DIAGNOSTICS_INTERVAL) {
+        if self.diagnostics_due.is_due(now) {
             self.namesakes.warn(&self.log, self.name_watch.warning());
             self.publish_diagnostics(now);
         }
-        if due(&mut self.transforms_sent, now, TRANSFORM_INTERVAL) {
+        if self.transforms_due.is_due(now) {
             let stamp = self.clock.now();
             let transforms = &mut Arc::make_mut(&mut self.transforms).transforms;
             let positions = self.plant.positions();
