@@ -143,7 +143,9 @@ impl Error {
                 | RunError::TooMany { .. }
                 | RunError::NotReplayable(_)
                 | RunError::Parameters(_)
-                | RunError::Settings(_) => true,
+                | RunError::Settings(_)
+                | RunError::KeepOut { .. }
+                | RunError::Scene(_) => true,
             }),
             // A full disk is not an error of the request.
             Self::Compare(error) => usage(!matches!(error, CompareError::File { .. })),
