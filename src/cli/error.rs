@@ -103,6 +103,9 @@ pub(super) struct Incomplete {
 #[error("{0}: start this program again")]
 pub(super) struct NetworkLost(pub NetworkEnd);
 
+/// The hint for an enclave that lacks a permission. Usually an earlier version made the enclave.
+const OLD_ENCLAVE: &str = "; launch_scripts/dq_servo_keystore.sh replaces an enclave of an earlier version once its folder is removed";
+
 impl Error {
     /// Returns the exit code: 1 failure, 2 invalid arguments or environment, 3 an incomplete recording, 4 a lost network. A reader
     /// that closed stdout is not a failure: 0.
@@ -160,7 +163,19 @@ impl Error {
     pub fn line(&self) -> String {
         let causes = std::iter::successors(self.source(), |cause| (*cause).source());
         let causes = causes.map(|cause| format!(": {cause}"));
-        (self.to_string() + &causes.collect::<String>()).replace('\n', " ")
+        let hint = if matches!(self.ros(), Some(RosError::NotPermitted { .. })) { OLD_ENCLAVE } else { "" };
+        (self.to_string() + &causes.collect::<String>() + hint).replace('\n', " ")
+    }
+
+    /// Returns the error of the ROS layer that is the cause, if any.
+    fn ros(&self) -> Option<&RosError> {
+        match self {
+            Self::Ros(error)
+            | Self::Node(NodeError::Ros(error))
+            | Self::Recording(RecordingError::Ros(error))
+            | Self::View(ViewError::Ros(error)) => Some(error),
+            _ => None,
+        }
     }
 }
 
@@ -248,6 +263,18 @@ mod tests {
         assert_eq!(codes([missing().into(), run(missing()), recording(missing()), domain().into()]), [2; 4]);
         assert_eq!(codes([full().into(), run(full()), recording(full()), Error::Interrupted]), [1; 4]);
         assert_eq!(Error::from(NodeError::from(domain())).exit_code(), 2);
+    }
+
+    #[test]
+    fn an_enclave_without_a_permission_can_be_replaced() {
+        let refused = || RosError::NotPermitted { what: "a topic".to_owned(), why: "not allowed".to_owned() };
+        for error in [
+            refused().into(),
+            Error::from(NodeError::from(refused())),
+            Error::from(ViewError::from(refused())),
+        ] {
+            assert!(error.line().ends_with(OLD_ENCLAVE), "{}", error.line());
+        }
     }
 
     #[test]
