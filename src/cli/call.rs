@@ -1,8 +1,8 @@
 //! `dq_servo stop`, `pause`, `resume`, `reconfigure` and `reset`: call the services of running servos and simulated arms.
 
+use super::error::bail;
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::print_line;
-use anyhow::bail;
 use dq_messages::messages::{SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest};
 use dq_ros::ros::{Node, ParameterClient, RosArgs, RosError};
 use dq_ros::stderr;
@@ -21,7 +21,7 @@ pub(super) enum ServiceCall {
 ///
 /// # Errors
 /// An error if no target is found, or if a call failed.
-pub(super) async fn call(ask: ServiceCall, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<()> {
+pub(super) async fn call(ask: ServiceCall, targets: &Targets, ros_args: &RosArgs) -> super::Result<()> {
     let kind = if matches!(ask, ServiceCall::Reset) { Kind::Plant } else { Kind::Servo };
     let mut search = Search::begin("dq_servo_call", kind, targets, ros_args)?;
     let mut failed = Vec::new();

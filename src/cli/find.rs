@@ -1,7 +1,7 @@
 //! Finds running servos and simulated arms.
 
 use super::Usage;
-use anyhow::bail;
+use super::error::bail;
 use dq_ros::ros::names::NodeName;
 use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
 use std::collections::BTreeSet;
@@ -81,7 +81,7 @@ pub(super) struct Search {
 
 impl Search {
     /// Begins the search for `targets` with a node called `name`.
-    pub fn begin(name: &str, kind: Kind, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<Self> {
+    pub fn begin(name: &str, kind: Kind, targets: &Targets, ros_args: &RosArgs) -> super::Result<Self> {
         let names = Resolver::new(name, ros_args)?;
         let only = targets.node.as_ref().map(|node| names.service(node)).transpose()?;
         only.as_deref().map(NodeName::parse).transpose()?;
@@ -109,7 +109,7 @@ impl Search {
     ///
     /// # Errors
     /// An error if no node is found.
-    pub async fn next(&mut self) -> anyhow::Result<Option<String>> {
+    pub async fn next(&mut self) -> super::Result<Option<String>> {
         loop {
             let there = self.kind.nodes(&self.node);
             let next = there.iter().find(|name| self.is_meant(name) && !self.found.contains(*name));
@@ -143,7 +143,7 @@ impl Search {
         }
     }
 
-    fn nothing(&self, there: &BTreeSet<String>) -> anyhow::Result<Option<String>> {
+    fn nothing(&self, there: &BTreeSet<String>) -> super::Result<Option<String>> {
         let (kind, seconds) = (self.kind.name(), PATIENCE.as_secs());
         let others = there.iter().cloned().collect::<Vec<_>>().join(", ");
         let where_ = match &self.only {
@@ -156,9 +156,9 @@ impl Search {
                 "no {kind} {where_} of domain {} within {seconds} s: is it running, and with the same ROS_DOMAIN_ID?",
                 self.domain_id
             ),
-            false => Err(anyhow::Error::msg(format!(
-                "no {kind} {where_} within {seconds} s, but there is {others} (name it, or --all)"
-            ))),
+            false => {
+                bail!("no {kind} {where_} within {seconds} s, but there is {others} (name it, or --all)")
+            }
         }
     }
 }

@@ -1,12 +1,12 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
+use super::error::{Error, failed};
 use super::find::{Kind, PATIENCE, there};
 use super::not_arrived::NotArrived;
 use super::print;
 use super::signals::Signals;
 use super::tools::recording::Recording;
 use super::watch::Watch;
-use anyhow::anyhow;
 use dq_core::servo;
 use dq_messages::Direction;
 use dq_messages::messages::{PoseStamped, Quaternion, Time, Trigger, TriggerRequest};
@@ -57,7 +57,7 @@ const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 const WITHDRAWAL: Duration = Duration::from_secs(2);
 
 impl Goal {
-    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> super::Result<()> {
         let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
         let (position, orientation) = self.place()?;
         // Report an invalid goal even if no servo is running to reject it.
@@ -92,7 +92,7 @@ impl Goal {
         };
         let mut arrived = tokio::select! {
             arrived = motion => arrived,
-            () = signals.next() => Err(anyhow!("interrupted")),
+            () = signals.next() => Err(Error::Interrupted),
         };
         if let Err(why) = arrived {
             tokio::select! {
@@ -107,7 +107,7 @@ impl Goal {
     }
 
     /// Returns the position and the orientation as a quaternion. The orientation is `None` if the tool keeps the present one.
-    fn place(&self) -> anyhow::Result<([f64; 3], Option<[f64; 4]>)> {
+    fn place(&self) -> super::Result<([f64; 3], Option<[f64; 4]>)> {
         let orientation = match (&self.pose[3..], self.rpy.as_deref(), self.keep_orientation) {
             (&[qx, qy, qz, qw], None, false) => Some([qx, qy, qz, qw]),
             ([], Some(&[roll, pitch, yaw]), _) => {
@@ -124,7 +124,7 @@ impl Goal {
     }
 
     /// Returns the names of this command's node, which is in the servo's namespace, and the name of the servo there.
-    fn names(&self, kind: ServoKind, ros_args: &RosArgs) -> anyhow::Result<(Resolver, String)> {
+    fn names(&self, kind: ServoKind, ros_args: &RosArgs) -> super::Result<(Resolver, String)> {
         const NAME: &str = "dq_servo_goal";
         let names = Resolver::new(NAME, ros_args)?;
         let Some(servo) = &self.servo else { return Ok((names, kind.node_name().to_owned())) };
@@ -159,8 +159,8 @@ impl Goal {
     }
 
     /// Returns the error `why`. If the requested servo is not running, the error names the servos that are running.
-    fn explain(&self, why: anyhow::Error, node: &Node, names: &Resolver) -> anyhow::Error {
-        if !matches!(why.downcast_ref(), Some(NotArrived::NoServo(_))) {
+    fn explain(&self, why: Error, node: &Node, names: &Resolver) -> Error {
+        if !matches!(why, Error::NotArrived(NotArrived::NoServo(_))) {
             return why;
         }
         let (other, hint) = match self.dual {
@@ -171,11 +171,11 @@ impl Goal {
         };
         let status = names.topic(&format!("{other}/status")).unwrap_or_default();
         if node.graph().contains_key(&status) {
-            return anyhow!("there is a servo for {hint}");
+            return failed!("there is a servo for {hint}");
         }
         match there(&[Kind::Servo], node) {
             None => why,
-            Some(elsewhere) => anyhow!("{why} There is {elsewhere}: name it by --servo"),
+            Some(elsewhere) => failed!("{why} There is {elsewhere}: name it by --servo"),
         }
     }
 }
@@ -186,7 +186,7 @@ async fn tool_pose(
     kind: ServoKind,
     servo: &str,
     watch: &Watch,
-) -> anyhow::Result<PoseStamped> {
+) -> super::Result<PoseStamped> {
     let contract = kind.contract(Contract::builtin()?);
     let topic = contract.topic::<PoseStamped>("~/current_pose", Direction::Out)?;
     let poses: Subscription<PoseStamped> = node.subscription_as(topic, &format!("{servo}/current_pose"))?;

@@ -32,7 +32,7 @@ use dq_config::{DualParameters, GuardParameters, NodeParameters, PlantParameters
 use dq_nodes::Prepared;
 use dq_ros::ros::args::Override;
 use dq_ros::ros::{Resolver, RosArgs, args};
-use error::Usage;
+use error::{Error, Result, Usage};
 use std::ffi::OsString;
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -116,11 +116,11 @@ const OF_PLANTS: [(&str, &str); 1] = [("~/reset", "std_srvs/srv/Trigger: back to
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     exit::catch(|| {
         env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
-        exit::code(signals::ignore_others().map_err(anyhow::Error::from).and_then(|()| run(arguments)))
+        exit::code(signals::ignore_others().map_err(Error::from).and_then(|()| run(arguments)))
     })
 }
 
-fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
+fn run(arguments: impl Iterator<Item = OsString>) -> Result<()> {
     let arguments = arguments.map(|argument| {
         argument.into_string().map_err(|other| Usage(format!("the argument {other:?} is not UTF-8")))
     });
@@ -154,7 +154,7 @@ fn plain_number(argument: String) -> String {
 
 /// Prepares parameters from ROS arguments for a command that is not a node, and prints warnings. Parameters that are given without
 /// a node apply to this command.
-fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
+fn offline(mut ros_args: RosArgs) -> Result<Prepared<ServoParameters>> {
     let name = Resolver::new(ServoParameters::NODE_NAME, &ros_args)?.node().name().to_owned();
     for given in &mut ros_args.overrides {
         if let Override::Parameter { node, .. } = given {
@@ -171,7 +171,7 @@ fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| dq_ros::stderr::line(format!("warning: {warning}")));
 }
 
-fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
+fn execute(command: Command, ros_args: &RosArgs) -> Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),
         Command::Permissions(permissions) => return permissions.run(ros_args),

@@ -1,9 +1,9 @@
 //! `dq_servo param`: a running node's parameters.
 
+use super::error::{Error, failed};
 use super::find::{Kind, PATIENCE, check_is_node, there};
 use super::print::{StdoutError, print_line};
 use super::{Usage, parameter_file};
-use anyhow::anyhow;
 use clap::Subcommand;
 use dq_common::text;
 use dq_config::{NodeParameters, ServoParameters};
@@ -83,7 +83,7 @@ impl Action {
 }
 
 impl Param {
-    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> super::Result<()> {
         if let Action::Docs = self.action {
             return Ok(print_line!("{}", dq_config::table()?.trim_end())?);
         }
@@ -122,7 +122,7 @@ impl Param {
         asked: &str,
         value: Option<Value>,
         file: Option<Vec<ParameterOverride>>,
-    ) -> anyhow::Result<()> {
+    ) -> super::Result<()> {
         match (&self.action, value) {
             (Action::Load { .. }, _) => {
                 parameter_file::load(client(node, target), file.unwrap_or_default()).await?
@@ -156,14 +156,14 @@ impl Param {
 }
 
 /// Returns the error `why`. If the target is not running, the error names our running nodes.
-fn explain(why: anyhow::Error, node: &Node, target: &str) -> anyhow::Error {
+fn explain(why: Error, node: &Node, target: &str) -> Error {
     let is_there = node.services().contains(&format!("{target}/list_parameters"));
-    if is_there || !matches!(why.downcast_ref(), Some(RosError::Service { .. })) {
+    if is_there || !matches!(why, Error::Ros(RosError::Service { .. })) {
         return why;
     }
     match there(&[Kind::Servo, Kind::Plant], node) {
         None => why,
-        Some(there) => anyhow!("{why} There is {there}"),
+        Some(there) => failed!("{why} There is {there}"),
     }
 }
 
@@ -171,12 +171,12 @@ fn client<'a>(node: &'a mut Node, target: &str) -> ParameterClient<'a> {
     ParameterClient::new(node, target, PATIENCE)
 }
 
-async fn set(mut parameters: ParameterClient<'_>, name: &str, value: &Value) -> anyhow::Result<()> {
+async fn set(mut parameters: ParameterClient<'_>, name: &str, value: &Value) -> super::Result<()> {
     Ok(parameters.set(name, value).await?.map_err(Usage)?)
 }
 
 /// Returns the error for a parameter that the node does not have.
-async fn unknown(mut parameters: ParameterClient<'_>, target: &str, name: &str) -> anyhow::Error {
+async fn unknown(mut parameters: ParameterClient<'_>, target: &str, name: &str) -> Error {
     let known = parameters.list().await.unwrap_or_default();
     let hint = match nearest(name, known.iter().map(String::as_str)) {
         Some(near) => format!(": did you mean {near:?}?"),

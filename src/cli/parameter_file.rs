@@ -26,7 +26,7 @@ pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
 }
 
 /// Reads the parameters for the node `target` from the file.
-pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<ParameterOverride>> {
+pub(super) fn read(file: &str, target: &str) -> super::Result<Vec<ParameterOverride>> {
     let FileParameters { given, sections } = FileParameters::open(Path::new(file), target)?;
     match given.is_empty() {
         true => Err(Usage(format!("{file} has nothing for {target}: its sections are {sections:?}")).into()),
@@ -38,7 +38,7 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<ParameterOver
 pub(super) async fn load(
     mut parameters: ParameterClient<'_>,
     given: Vec<ParameterOverride>,
-) -> anyhow::Result<()> {
+) -> super::Result<()> {
     let (now, own) = (parameters.all().await?, dq_config::names()?);
     let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());
     for ParameterOverride { name, value, by_name, .. } in given {

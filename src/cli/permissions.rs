@@ -33,7 +33,7 @@ pub(super) struct Permissions {
 
 impl Permissions {
     /// Prints the permissions of an enclave in the namespace of `ros_args`, or the names of all enclaves there.
-    pub fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub fn run(&self, ros_args: &RosArgs) -> super::Result<()> {
         let graph = Graph::new(ros_args)?;
         let enclaves = graph.enclaves()?;
         let Some(name) = &self.enclave else {
@@ -82,7 +82,7 @@ impl Enclave {
     }
 
     /// Adds the permissions that the node `node` itself needs.
-    fn is(&mut self, node: &OurNode) -> anyhow::Result<()> {
+    fn is(&mut self, node: &OurNode) -> super::Result<()> {
         for (name, topic) in node.contract.topics() {
             let name = node.names.topic(name)?;
             match topic.direction {
@@ -102,7 +102,7 @@ impl Enclave {
     }
 
     /// Adds the permissions to subscribe to every topic of this node and to request its message types, as `ros2 bag record` does.
-    fn watches(&mut self, node: &OurNode) -> anyhow::Result<()> {
+    fn watches(&mut self, node: &OurNode) -> super::Result<()> {
         for (name, _) in node.contract.topics() {
             self.subscribes(&node.names.topic(name)?);
         }
@@ -111,7 +111,7 @@ impl Enclave {
     }
 
     /// Adds the permissions to call the services of the node, other than those for parameters, and to read the node's status.
-    fn commands(&mut self, node: &OurNode) -> anyhow::Result<()> {
+    fn commands(&mut self, node: &OurNode) -> super::Result<()> {
         for service in &node.services {
             self.calls(&node.names.service(service)?);
         }
@@ -123,7 +123,7 @@ impl Enclave {
 
     /// Adds the permissions to get and set the parameters of the node, and to read the topic that has the values too long for a
     /// reply.
-    fn sets_parameters(&mut self, node: &OurNode) -> anyhow::Result<()> {
+    fn sets_parameters(&mut self, node: &OurNode) -> super::Result<()> {
         for service in OF_EVERY_NODE {
             self.calls(&node.names.service(service)?);
         }
@@ -132,7 +132,7 @@ impl Enclave {
     }
 
     /// Adds the permission to publish the goals and twists of the node.
-    fn sends_goals(&mut self, node: &OurNode) -> anyhow::Result<()> {
+    fn sends_goals(&mut self, node: &OurNode) -> super::Result<()> {
         for name in &node.goals {
             self.publishes(&node.names.topic(name)?);
         }
@@ -206,7 +206,7 @@ struct Graph {
 
 impl Graph {
     /// Creates the nodes with the namespace and remaps of `args`.
-    fn new(args: &RosArgs) -> anyhow::Result<Self> {
+    fn new(args: &RosArgs) -> super::Result<Self> {
         let mut graph = Self {
             args: args.clone(),
             contract: Contract::builtin()?,
@@ -227,7 +227,7 @@ impl Graph {
         Ok(graph)
     }
 
-    fn servo(&self, kind: ServoKind, name: &str) -> anyhow::Result<OurNode> {
+    fn servo(&self, kind: ServoKind, name: &str) -> super::Result<OurNode> {
         let contract = kind.contract(self.contract.clone()).with(self.contract.pictures.clone());
         Ok(OurNode {
             names: Resolver::new(name, &self.args)?,
@@ -240,7 +240,7 @@ impl Graph {
         })
     }
 
-    fn plant(&self, place: &str, name: &str) -> anyhow::Result<OurNode> {
+    fn plant(&self, place: &str, name: &str) -> super::Result<OurNode> {
         Ok(OurNode {
             names: self.names(place, name)?,
             contract: self.contract.plant.clone(),
@@ -251,7 +251,7 @@ impl Graph {
         })
     }
 
-    fn guard(&self, place: &str) -> anyhow::Result<OurNode> {
+    fn guard(&self, place: &str) -> super::Result<OurNode> {
         let interfaces = [Interface::Velocity, Interface::Position, Interface::Trajectory];
         Ok(OurNode {
             names: self.names(place, GuardParameters::NODE_NAME)?,
@@ -265,7 +265,7 @@ impl Graph {
     }
 
     /// Returns the names of the node `name` in the namespace `place`.
-    fn names(&self, place: &str, name: &str) -> anyhow::Result<Resolver> {
+    fn names(&self, place: &str, name: &str) -> super::Result<Resolver> {
         let mut args = self.args.clone();
         let namespace = if place.is_empty() { "/" } else { place };
         args.remaps.insert(0, Remap { node: None, from: "__ns".to_owned(), to: namespace.to_owned() });
@@ -277,7 +277,7 @@ impl Graph {
     }
 
     /// Returns one enclave for each node, and one for each kind of command.
-    fn enclaves(&self) -> anyhow::Result<Vec<Enclave>> {
+    fn enclaves(&self) -> super::Result<Vec<Enclave>> {
         let mut enclaves = Vec::new();
         for node in self.nodes() {
             let mut enclave = Enclave::new(node.name());
@@ -293,7 +293,7 @@ impl Graph {
     }
 
     /// Returns the enclave of the command `name`. The command line of ROS 2 can use this enclave too.
-    fn operator(&self, name: &str) -> anyhow::Result<Enclave> {
+    fn operator(&self, name: &str) -> super::Result<Enclave> {
         let names = Resolver::new(name, &self.args)?;
         let mut enclave = Enclave::new(names.node().fully_qualified());
         for service in OF_EVERY_NODE {
@@ -303,31 +303,31 @@ impl Graph {
         Ok(enclave)
     }
 
-    fn watches_all(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn watches_all(&self, enclave: &mut Enclave) -> super::Result<()> {
         enclave.subscribes("/rosout");
         self.nodes().try_for_each(|node| enclave.watches(node))
     }
 
-    fn commands_all(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn commands_all(&self, enclave: &mut Enclave) -> super::Result<()> {
         self.nodes().try_for_each(|node| enclave.commands(node))
     }
 
-    fn sets_all_parameters(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn sets_all_parameters(&self, enclave: &mut Enclave) -> super::Result<()> {
         self.nodes().try_for_each(|node| enclave.sets_parameters(node))
     }
 
-    fn sends_all_goals(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn sends_all_goals(&self, enclave: &mut Enclave) -> super::Result<()> {
         self.servos.iter().try_for_each(|node| enclave.sends_goals(node))
     }
 
     /// Adds the permissions of commands that call services, such as `dq_servo stop` and `dq_servo reset`. `dq_servo reset` also reads
     /// the parameters of a node, to check that the node is a simulated arm.
-    fn calls(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn calls(&self, enclave: &mut Enclave) -> super::Result<()> {
         self.commands_all(enclave)?;
         self.of_arms.iter().try_for_each(|node| enclave.sets_parameters(node))
     }
 
-    fn goal(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn goal(&self, enclave: &mut Enclave) -> super::Result<()> {
         self.sends_all_goals(enclave)?;
         self.watches_all(enclave)?;
         for node in &self.servos {
@@ -336,21 +336,21 @@ impl Graph {
         Ok(())
     }
 
-    fn view(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn view(&self, enclave: &mut Enclave) -> super::Result<()> {
         self.goal(enclave)?;
         self.commands_all(enclave)?;
         self.sets_all_parameters(enclave)
     }
 
     /// Adds the permissions of the demo: servo, simulated arms, operator and view in one process.
-    fn demo(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
+    fn demo(&self, enclave: &mut Enclave) -> super::Result<()> {
         self.view(enclave)?;
         self.nodes().try_for_each(|node| enclave.is(node))
     }
 }
 
 /// A function that adds the permissions of a command.
-type May = fn(&Graph, &mut Enclave) -> anyhow::Result<()>;
+type May = fn(&Graph, &mut Enclave) -> super::Result<()>;
 
 /// The names of the nodes that commands create, each with the function that adds the permissions of its command.
 const COMMANDS: [(&str, May); 6] = [

@@ -25,7 +25,7 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> super::Result<()> {
         let prepared = super::offline(self.arm.and(ros_args))?;
         let parameters = prepared.parameters();
         if let Some(bad) = self.joints.iter().find(|position| !position.is_finite()) {

@@ -1,7 +1,7 @@
 //! Prints results to stdout.
 
+use super::error::bail;
 use super::signals::Signals;
-use anyhow::bail;
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
 use thiserror::Error;
@@ -32,7 +32,7 @@ pub(super) fn line(text: Arguments<'_>) -> Result<(), StdoutError> {
 ///
 /// # Errors
 /// [`StdoutError`], or an error if a signal arrived.
-pub(super) async fn results(text: String, signals: &mut Signals) -> anyhow::Result<()> {
+pub(super) async fn results(text: String, signals: &mut Signals) -> super::Result<()> {
     let written = tokio::task::spawn_blocking(move || line(format_args!("{text}")));
     tokio::select! {
         written = written => Ok(written??),

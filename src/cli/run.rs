@@ -2,8 +2,8 @@
 //! signal arrives.
 
 use super::error::NetworkLost;
+use super::error::{bail, ensure};
 use super::signals::Signals;
-use anyhow::{bail, ensure};
 use dq_config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
 use dq_nodes::{GuardNode, NodeArguments, PlantNode, Prepared, ServoNode};
 use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
@@ -12,7 +12,7 @@ use tokio::runtime::Handle;
 
 /// Runs a servo, for one arm or two depending on its parameters. A signal ends the servo with the arm at rest. A second signal ends
 /// it at once.
-pub(super) async fn servo<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<()>
+pub(super) async fn servo<P: NodeParameters>(ros_args: &RosArgs) -> super::Result<()>
 where
     Prepared<ServoParameters>: From<Prepared<P>>,
 {
@@ -33,7 +33,7 @@ where
 async fn described<P: NodeParameters>(
     signals: &mut Signals,
     ros_args: &RosArgs,
-) -> anyhow::Result<Option<(Session, Prepared<P>)>> {
+) -> super::Result<Option<(Session, Prepared<P>)>> {
     // Report invalid parameters before joining the network.
     let given = NodeArguments::<P>::new(ros_args)?;
     let priority = given.realtime_priority();
@@ -50,7 +50,7 @@ async fn described<P: NodeParameters>(
 
 /// Opens the session of a node. `priority` is the real-time priority of the node's cycle. If `priority` is not 0, the threads of
 /// DDS also get a real-time priority.
-fn session(ros_args: &RosArgs, priority: u8) -> anyhow::Result<Session> {
+fn session(ros_args: &RosArgs, priority: u8) -> super::Result<Session> {
     let environment = Environment::from_process(ros_args)?;
     let runtime = Handle::current();
     let open = || {
@@ -61,25 +61,27 @@ fn session(ros_args: &RosArgs, priority: u8) -> anyhow::Result<Session> {
 }
 
 /// Runs a simulated arm.
-pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
+pub(super) async fn plant(ros_args: &RosArgs) -> super::Result<()> {
     let mut signals = Signals::new()?;
     let given = NodeArguments::<PlantParameters>::new(ros_args)?;
     let priority = given.realtime_priority();
     let prepared = given.prepare()?;
     let session = session(ros_args, priority)?;
     let node = PlantNode::start(&session, prepared)?;
-    let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
+    let cycle =
+        || if node.is_running() { Ok(()) } else { Err(super::error::failed!("the cycle ended by itself")) };
     until(&mut signals, || session.is_alone(), cycle).await
 }
 
 /// Runs the guard of one arm. A signal ends the guard once the arm is no longer commanded to move. A second signal ends it at once.
-pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
+pub(super) async fn guard(ros_args: &RosArgs) -> super::Result<()> {
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<GuardParameters>(&mut signals, ros_args).await? else {
         return Ok(());
     };
     let node = GuardNode::start(&session, prepared)?;
-    let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };
+    let cycle =
+        || if node.is_running() { Ok(()) } else { Err(super::error::failed!("the guard ended by itself")) };
     until(&mut signals, || node.waits_for_robot(), cycle).await?;
     tokio::select! {
         stands = node.shut_down() => ensure!(stands, "ended while the arm is commanded to move: the arm no longer has a guard"),
@@ -93,8 +95,8 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
 pub(super) async fn until(
     signals: &mut Signals,
     waits: impl Fn() -> bool,
-    check: impl Fn() -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+    check: impl Fn() -> super::Result<()>,
+) -> super::Result<()> {
     let mut look = tokio::time::interval(Duration::from_millis(100));
     let mut network = NetworkWatch::default();
     let failed = async {

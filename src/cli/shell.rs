@@ -13,7 +13,7 @@ pub(super) struct Completions {
 
 impl Completions {
     /// Prints the completions of every subcommand.
-    pub fn run(&self) -> anyhow::Result<()> {
+    pub fn run(&self) -> super::Result<()> {
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut Cli::command(), "dq_servo", &mut text);
         print(&text)
@@ -21,13 +21,13 @@ impl Completions {
 }
 
 /// Prints the manual page, in roff.
-pub(super) fn man() -> anyhow::Result<()> {
+pub(super) fn man() -> super::Result<()> {
     let mut text = Vec::new();
     clap_mangen::Man::new(Cli::command()).render(&mut text)?;
     print(&text)
 }
 
-fn print(text: &[u8]) -> anyhow::Result<()> {
+fn print(text: &[u8]) -> super::Result<()> {
     let mut out = std::io::stdout().lock();
     out.write_all(text).and_then(|()| out.flush()).map_err(super::print::StdoutError::from)?;
     Ok(())

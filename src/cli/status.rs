@@ -1,8 +1,8 @@
 //! `dq_servo status`: prints what running servos are doing.
 
+use super::error::bail;
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::{print_line, short};
-use anyhow::bail;
 use dq_messages::Direction;
 use dq_messages::PoseNumbers;
 use dq_messages::messages::DiagnosticStatus;
@@ -22,7 +22,7 @@ pub(super) struct Status {
 }
 
 impl Status {
-    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> super::Result<()> {
         let mut search = Search::begin("dq_servo_call", Kind::Servo, &self.targets, ros_args)?;
         // Both kinds of servo have the same status.
         let contract = ServoKind::OneArm.contract(Contract::builtin()?);

@@ -73,7 +73,7 @@ impl Watch {
         goal: PoseNumbers,
         stamp: Time,
         timeout: Duration,
-    ) -> anyhow::Result<MotionReport> {
+    ) -> super::Result<MotionReport> {
         self.find(timeout).await?;
         self.goals.wait_for_readers(DISCOVERY).await?;
         let message = self.message(goal, stamp.clone());

@@ -10,7 +10,7 @@ use dq_messages::messages::*;
 use dq_messages::{Direction, NodeContract};
 use dq_ros::alone::{node, outside, session};
 use dq_ros::ros::{Node, Publisher, RosArgs, RosError, Subscription};
-use dq_wire::{Contract, command_array};
+use dq_wire::{Command, Contract};
 use std::time::{Duration, Instant};
 
 const PERIOD: Duration = Duration::from_millis(2);
@@ -134,7 +134,11 @@ fn writing_allocations<M: Message>(
 
 fn command_allocations() -> (u64, u64) {
     let topic = "forward_velocity_controller/commands";
-    figures(&writing_allocations(topic, command_array(vec![0.5; 6]), Node::publisher))
+    figures(&writing_allocations(
+        topic,
+        Float64MultiArray::create(vec![0.5; 6], &[], Duration::ZERO),
+        Node::publisher,
+    ))
 }
 
 /// Returns the median and the sum of sorted numbers.

@@ -9,7 +9,7 @@ use dq_core::servo::{Interface, JointOrder};
 use dq_messages::messages::Message;
 use dq_ros::ros::{EndpointId, Publisher, Publishing, RosError};
 use dq_wire::rivalry;
-use dq_wire::{Command, Rewrite, command_array, command_topic, command_trajectory};
+use dq_wire::{Command, command_topic, with_command};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -52,7 +52,7 @@ struct MessagePublisher<M: Message> {
     standstill: Option<Arc<M>>,
 }
 
-impl<M: Message + Rewrite> CommandPublisher for MessagePublisher<M> {
+impl<M: Command> CommandPublisher for MessagePublisher<M> {
     fn publish(&self, numbers: &[f64]) {
         let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
         Arc::make_mut(&mut message).rewrite(numbers);
@@ -89,37 +89,29 @@ impl ArmCommands {
     ) -> Result<Self, RosError> {
         let topic = format!("{prefix}{}", command_topic(sending.interface));
         let joint_count = joints.names().len();
-        let zeros = vec![0.0; joint_count];
         let guards = guards::subscribe(setup.node, setup.contract, prefix)?;
-        let (publisher, rival): (Box<dyn CommandPublisher>, _) = match sending.interface {
-            Interface::Velocity | Interface::Position => {
-                let moves_on = !sending.interface.takes_positions();
-                let standstill = moves_on.then(|| command_array(zeros.clone()));
-                Self::publisher(setup, &topic, sending, &guards, command_array(zeros), standstill)?
-            }
-            Interface::Trajectory => {
-                let message = command_trajectory(joints.names().to_vec(), zeros, sending.period);
-                Self::publisher(setup, &topic, sending, &guards, message, None)?
-            }
-        };
+        let (publisher, rival) = with_command!(sending.interface, M => {
+            let zeros = M::create(vec![0.0; joint_count], joints.names(), sending.period);
+            Self::publisher(setup, &topic, sending, &guards, zeros)?
+        });
         Ok(Self { publisher, joint_count, guards, heard: AtomicBool::new(false), rival })
     }
 
-    /// Creates the publisher that writes into `message`, and the watch for other publishers on the same topic.
-    fn publisher<M: Command + Rewrite>(
+    /// Creates the publisher that writes into the message `zeros`, and the watch for other publishers on the same topic.
+    fn publisher<M: Command + Clone>(
         NodeSetup { node, contract, .. }: &mut NodeSetup,
         topic: &str,
         sending: Sending,
         guards: &GuardStatuses,
-        message: M,
-        standstill: Option<M>,
+        zeros: M,
     ) -> Result<(Box<dyn CommandPublisher>, Arc<Rival>), RosError> {
         let publisher = match sending.in_time {
             true => node.publisher_in_time(contract, topic)?,
             false => node.publisher(contract, topic)?,
         };
         let rival = Rival::watch(node, contract, &publisher, topic, guards.clone())?;
-        let (message, standstill) = (Mutex::new(Arc::new(message)), standstill.map(Arc::new));
+        let message = Mutex::new(Arc::new(zeros.clone()));
+        let standstill = (!sending.interface.takes_positions()).then(|| Arc::new(zeros));
         Ok((Box::new(MessagePublisher { publisher, message, standstill }), rival))
     }
 

@@ -1,16 +1,6 @@
-//! Limits how often a warning is repeated.
+//! Logs a warning only when it changes.
 
 use dq_ros::ros::Logger;
-use std::time::Duration;
-
-/// Returns whether `interval` has passed since `last`; if so, sets `last` to `now`.
-pub(super) fn due(last: &mut Duration, now: Duration, interval: Duration) -> bool {
-    let due = now.saturating_sub(*last) >= interval;
-    if due {
-        *last = now;
-    }
-    due
-}
 
 /// The warning that was logged last; `None` if the last state needed no warning.
 #[derive(Default)]

@@ -1,5 +1,6 @@
 //! The robot description from a topic: the servo waits for the description before the start, and watches the topic while running.
 
+use super::throttle::Throttle;
 use super::{NodeArguments, NodeError, Prepared};
 use dq_config::NodeParameters;
 use dq_description::Description;
@@ -64,7 +65,7 @@ pub(super) fn watch(
     let descriptions = node.subscription::<StringMessage>(contract, TOPIC)?;
     let log = node.log().clone();
     node.run(async move {
-        let mut logged: Option<Instant> = None;
+        let (began, mut warning_due) = (Instant::now(), Throttle::new(REMINDER));
         loop {
             let came = descriptions.next().await.data;
             let (from, to) = (base.clone(), tool.clone());
@@ -77,8 +78,7 @@ pub(super) fn watch(
                 Ok(Err(why)) => why.to_string(),
                 Err(why) => why.to_string(),
             };
-            if logged.is_none_or(|last| last.elapsed() >= REMINDER) {
-                logged = Some(Instant::now());
+            if warning_due.is_due(began.elapsed()) {
                 log.warn(&format!("the description on {} is not used: {why}", descriptions.topic()));
             }
         }

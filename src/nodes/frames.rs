@@ -1,6 +1,7 @@
 //! Looks up frames in TF, on another thread than the cycle. The cycle asks for the pose of a goal, and collects the answer later.
 
 use super::node_setup::NodeSetup;
+use super::throttle::Throttle;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
 use dq_messages::messages::{TFMessage, TransformStamped};
 use dq_ros::ros::{Clock, Logger, RosError, Subscription};
@@ -169,20 +170,27 @@ struct Listener {
     log: Logger,
 }
 
-/// The last logged reason why a transform was ignored, its frame, and the time. A reason is logged again only if it differs from
-/// the last one, and at most once per second.
-#[derive(Default)]
-struct Warned(Option<(Ignored, String, Duration)>);
+/// The last logged reason why a transform was ignored, and its frame. A reason is logged only if it differs from the last one, and
+/// at most once per second.
+struct Warned {
+    last: Option<(Ignored, String)>,
+    due: Throttle,
+}
+
+impl Default for Warned {
+    fn default() -> Self {
+        Self { last: None, due: Throttle::new(WARNING_INTERVAL) }
+    }
+}
 
 impl Warned {
     fn is_due(&mut self, why: Ignored, child: &str, now: Duration) -> bool {
-        let due = self.0.as_ref().is_none_or(|(before, of, at)| {
-            (*before, of.as_str()) != (why, child) && now.saturating_sub(*at) >= WARNING_INTERVAL
-        });
-        if due {
-            self.0 = Some((why, child.to_owned(), now));
+        let is_new = self.last.as_ref().is_none_or(|(before, of)| (*before, of.as_str()) != (why, child));
+        let is_due = is_new && self.due.is_due(now);
+        if is_due {
+            self.last = Some((why, child.to_owned()));
         }
-        due
+        is_due
     }
 }
 

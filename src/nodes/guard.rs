@@ -1,17 +1,16 @@
 //! The guard node: watches the commands to one arm, and stops the arm if the commands cease while the arm moves.
 
-use super::complaint::due;
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::parameters::CYCLE_ENDED;
+use super::throttle::Throttle;
 use super::{NodeError, Prepared, shutdown};
 use dq_check::Guard;
 use dq_config::{GuardParameters, NodeParameters};
-use dq_core::servo::{Interface, JointOrder};
+use dq_core::servo::JointOrder;
 use dq_messages::messages::*;
 use dq_messages::{Direction, NodeContract};
 use dq_ros::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
-use dq_wire::KeyValues;
-use dq_wire::{Command, Contract, command_array, command_topic, command_trajectory};
+use dq_wire::{Command, Contract, KeyValues, command_topic, with_command};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -97,6 +96,15 @@ impl GuardNode {
     }
 }
 
+/// The commands to the arm. Their message type depends on the arm's controller.
+trait Commands: Send {
+    fn topic(&self) -> &str;
+    /// Gives `guard` the commands of all publishers other than guards.
+    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration);
+    /// Sends a command that stops the arm.
+    fn send(&self, numbers: &[f64], joints: &[String]);
+}
+
 /// The commands of one type: the subscription to the servo's commands, and the publisher of the guard's own commands.
 struct Channel<M: Message> {
     watched: Subscription<M>,
@@ -108,45 +116,24 @@ impl<M: Command> Channel<M> {
         let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
         Ok(Self { watched: node.subscription_as(&entry, topic)?, sent: node.publisher_as(&entry, topic)? })
     }
+}
 
-    /// Gives `guard` the commands of all publishers other than guards.
+impl<M: Command> Commands for Channel<M> {
+    fn topic(&self) -> &str {
+        self.sent.topic()
+    }
+
     fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
         self.watched.each(|command, _| {
             if !command.is_of_guard() {
-                guard.hear(&command.in_order(joints), now);
+                let numbers = command.target(joints).map(|(numbers, _)| numbers);
+                guard.hear(&numbers.unwrap_or_default(), now);
             }
         });
     }
-}
 
-/// The commands to the arm. Their message type depends on the arm's controller.
-enum Commands {
-    Arrays(Channel<Float64MultiArray>),
-    Trajectories(Channel<JointTrajectory>),
-}
-
-impl Commands {
-    fn topic(&self) -> &str {
-        match self {
-            Self::Arrays(channel) => channel.sent.topic(),
-            Self::Trajectories(channel) => channel.sent.topic(),
-        }
-    }
-
-    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
-        match self {
-            Self::Arrays(channel) => channel.hear(guard, joints, now),
-            Self::Trajectories(channel) => channel.hear(guard, joints, now),
-        }
-    }
-
-    fn send(&self, numbers: Vec<f64>, joints: &[String]) {
-        match self {
-            Self::Arrays(channel) => channel.sent.publish(command_array(numbers).of_guard()),
-            Self::Trajectories(channel) => {
-                channel.sent.publish(command_trajectory(joints.to_vec(), numbers, STAND).of_guard());
-            }
-        }
+    fn send(&self, numbers: &[f64], joints: &[String]) {
+        self.sent.publish(M::create(numbers.to_vec(), joints, STAND).of_guard());
     }
 }
 
@@ -157,12 +144,12 @@ struct Watch {
     /// Receives the new command timeout when its parameter is changed.
     inbox: Receiver<Duration>,
     joint_states: Arc<Subscription<JointState>>,
-    commands: Commands,
+    commands: Box<dyn Commands>,
     status: Publisher<DiagnosticStatus>,
-    status_sent: Duration,
+    status_due: Throttle,
     node: String,
     stops: u64,
-    warned: Duration,
+    warning_due: Throttle,
     needed: watch::Sender<bool>,
     log: Logger,
 }
@@ -179,12 +166,8 @@ impl Watch {
         // Create this publisher first, so that the servo knows the guard before the servo discovers the guard's command publisher.
         let status = node.publisher(contract, "command_guard")?;
         let topic = command_topic(interface);
-        let commands = match interface {
-            Interface::Trajectory => Commands::Trajectories(Channel::new(node, contract, topic)?),
-            Interface::Velocity | Interface::Position => {
-                Commands::Arrays(Channel::new(node, contract, topic)?)
-            }
-        };
+        let commands: Box<dyn Commands> =
+            with_command!(interface, M => Box::new(Channel::<M>::new(node, contract, topic)?));
         Ok(Self {
             guard: Guard::new(interface, joints.names().len(), command_timeout),
             joints,
@@ -192,10 +175,10 @@ impl Watch {
             joint_states: Arc::new(node.adapting_subscription(contract, "joint_states")?),
             commands,
             status,
-            status_sent: Duration::ZERO,
+            status_due: Throttle::new(STATUS_INTERVAL),
             node: node.name().fully_qualified(),
             stops: 0,
-            warned: Duration::ZERO,
+            warning_due: Throttle::new(WARNING_INTERVAL),
             needed,
             log: node.log().clone(),
         })
@@ -213,7 +196,7 @@ impl Watch {
         });
         self.commands.hear(guard, joints.names(), tick.now);
         if let Some(command) = guard.step(tick.now) {
-            self.commands.send(command.to_vec(), joints.names());
+            self.commands.send(command, joints.names());
         }
         if guard.stops() > self.stops {
             self.stops = guard.stops();
@@ -226,10 +209,10 @@ impl Watch {
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
         if self.guard.hears(tick.now) {
             // A guard that receives no joint states must not report that it is watching.
-            if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
+            if self.status_due.is_due(tick.now) {
                 self.publish_status();
             }
-        } else if is_needed && due(&mut self.warned, tick.now, WARNING_INTERVAL) {
+        } else if is_needed && self.warning_due.is_due(tick.now) {
             self.log.warn(&format!(
                 "no {} for half of command_timeout: the guard cannot tell whether commands have ended, and sends nothing",
                 self.joint_states.topic()

@@ -4,6 +4,7 @@
 use super::frames::Tree;
 use super::in_force::InForce;
 use super::node_setup::NodeSetup;
+use super::throttle::Throttle;
 use dq_common::text::{NAME, cut, shown};
 use dq_core::servo::Goal;
 use dq_messages::messages::Point;
@@ -40,7 +41,7 @@ pub(super) fn obey(
         keep_outs: FramedKeepOuts::default(),
         began: Instant::now(),
         unsaid: Vec::new(),
-        warned: None,
+        warning_due: Throttle::new(WARNING_INTERVAL),
         log: node.log().clone(),
     };
     node.run(run(markers, drawn));
@@ -79,7 +80,7 @@ struct DrawnKeepOuts {
     began: Instant,
     /// Reasons why keep-outs are not obeyed, each until it is logged. Deleting a keep-out also removes its reason.
     unsaid: Vec<(KeepOutKey, String)>,
-    warned: Option<Duration>,
+    warning_due: Throttle,
     log: Logger,
 }
 
@@ -131,11 +132,9 @@ impl DrawnKeepOuts {
             }
         }
         self.in_force.refuse(together(&refused));
-        let is_due = self.warned.is_none_or(|warned| now.saturating_sub(warned) >= WARNING_INTERVAL);
-        if is_due && !self.unsaid.is_empty() {
+        if !self.unsaid.is_empty() && self.warning_due.is_due(now) {
             let unsaid: Vec<_> = self.unsaid.drain(..).map(|(_, why)| why).collect();
             together(&unsaid).iter().for_each(|why| self.log.warn(why));
-            self.warned = Some(now);
         }
         !(is_in_force && self.unsaid.is_empty())
     }

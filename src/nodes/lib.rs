@@ -34,6 +34,7 @@ mod senders;
 mod servo;
 mod shutdown;
 mod snapshot;
+mod throttle;
 
 pub use guard::GuardNode;
 pub use parameters::{NodeArguments, Prepared};

@@ -1,10 +1,11 @@
 //! The plant node `puma560`: a kinematic arm that takes the place of the robot.
 
-use super::complaint::{WarningOnChange, due};
+use super::complaint::WarningOnChange;
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::parameters::CYCLE_ENDED;
 use super::requests::{self, Reply};
+use super::throttle::Throttle;
 use super::{NodeError, Prepared};
 use dq_config::{ArmParameters, NodeParameters, PlantParameters};
 use dq_core::servo::Interface;
@@ -12,11 +13,11 @@ use dq_description::{DescribedArm, DescribedJoint, Description, JointLimits};
 use dq_kinematics::arm::{ArmError, Coupling};
 use dq_messages::NodeContract;
 use dq_messages::messages::*;
-use dq_plant::{CommandError, Measured, Plant, Realism};
+use dq_plant::{Measured, Plant, Realism};
 use dq_ros::ros::{
     Clock, Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription,
 };
-use dq_wire::{Contract, command_topic};
+use dq_wire::{Command, Contract, command_topic, with_command};
 use dq_wire::{KeyValues, rivalry, transform_message};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -96,7 +97,8 @@ struct Cycle {
     moving: Vec<(DescribedJoint, Coupling)>,
     joints: Vec<String>,
     inbox: Receiver<Request>,
-    commands: Commands,
+    commands: Box<dyn Commands>,
+    takes_positions: bool,
     guards: Guards,
     clock: Clock,
     /// The source of the measurement noise.
@@ -111,73 +113,66 @@ struct Cycle {
     _tf_static: Publisher<TFMessage>,
     _description: Publisher<StringMessage>,
     node: String,
-    transforms_sent: Duration,
-    diagnostics_sent: Duration,
+    transforms_due: Throttle,
+    diagnostics_due: Throttle,
     rejected: u64,
     rivals: WarningOnChange,
     name_watch: NameWatch,
     namesakes: WarningOnChange,
-    warned: Duration,
+    warning_due: Throttle,
     log: Logger,
 }
 
 /// The commands to the plant. Their message type depends on the simulated controller.
-enum Commands {
-    Velocities(Subscription<Float64MultiArray>),
-    Positions(Subscription<Float64MultiArray>),
-    Trajectories(Subscription<JointTrajectory>),
+trait Commands: Send {
+    /// Gives the newest command to `plant` at `now`. The plant's joints are called `joints`. Returns the errors.
+    fn give(&self, plant: &mut Plant, takes_positions: bool, joints: &[String], now: Duration)
+    -> Vec<String>;
+    fn topic(&self) -> &str;
+    /// Returns the number of publishers of commands.
+    fn publishers(&self) -> usize;
 }
 
-impl Commands {
-    fn new(node: &mut Node, contract: &NodeContract, interface: Interface) -> Result<Self, RosError> {
-        let topic = command_topic(interface);
-        Ok(match interface {
-            Interface::Velocity => Self::Velocities(node.subscription(contract, topic)?),
-            Interface::Position => Self::Positions(node.subscription(contract, topic)?),
-            Interface::Trajectory => Self::Trajectories(node.subscription(contract, topic)?),
-        })
-    }
-
-    /// Gives the newest command to `plant` at `now`. `joints` are the names of the plant's joints. Returns the errors.
-    fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
-        let text = |why: CommandError| why.to_string();
-        match self {
-            Self::Velocities(commands) => {
-                newest(commands, |it| plant.take_command(&it.data, now).map_err(text))
-            }
-            Self::Positions(commands) => {
-                newest(commands, |it| plant.take_positions(&it.data, now, Duration::ZERO).map_err(text))
-            }
-            Self::Trajectories(commands) => newest(commands, |trajectory| {
-                let (positions, time) =
-                    trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
-                plant.take_positions(&positions, now, time).map_err(text)
-            }),
-        }
+impl<M: Command> Commands for Subscription<M> {
+    fn give(
+        &self,
+        plant: &mut Plant,
+        takes_positions: bool,
+        joints: &[String],
+        now: Duration,
+    ) -> Vec<String> {
+        let newest = self.newest();
+        let mut take = |command: M| {
+            let (numbers, time) =
+                command.target(joints).ok_or("a trajectory without a position for each joint")?;
+            let taken = match takes_positions {
+                true => plant.take_positions(&numbers, now, time),
+                false => plant.take_command(&numbers, now),
+            };
+            taken.map_err(|why| why.to_string())
+        };
+        let mut bad = newest.malformed;
+        bad.extend(newest.message.and_then(|command| take(command).err()));
+        bad
     }
 
     fn topic(&self) -> &str {
-        match self {
-            Self::Velocities(commands) | Self::Positions(commands) => commands.topic(),
-            Self::Trajectories(commands) => commands.topic(),
-        }
+        self.topic()
     }
 
-    /// Returns the number of publishers of commands.
     fn publishers(&self) -> usize {
-        match self {
-            Self::Velocities(commands) | Self::Positions(commands) => commands.publishers(),
-            Self::Trajectories(commands) => commands.publishers(),
-        }
+        self.publishers()
     }
 }
 
-/// Gives the newest command to the function `take`. Returns the errors.
-fn newest<M: Message>(commands: &Subscription<M>, take: impl FnOnce(M) -> Result<(), String>) -> Vec<String> {
-    let newest = commands.newest();
-    let mut bad = newest.malformed;
-    bad.extend(newest.message.and_then(|message| take(message).err()));
-    bad
+/// Subscribes to the commands for a controller of this kind.
+fn subscribe(
+    node: &mut Node,
+    contract: &NodeContract,
+    interface: Interface,
+) -> Result<Box<dyn Commands>, RosError> {
+    let topic = command_topic(interface);
+    Ok(with_command!(interface, M => Box::new(node.subscription::<M>(contract, topic)?)))
 }
 
 /// Transforms are published at 50 Hz.
@@ -225,7 +220,8 @@ impl Cycle {
             transforms,
             joints: arm.joints,
             inbox,
-            commands: Commands::new(node, &contract, interface)?,
+            commands: subscribe(node, &contract, interface)?,
+            takes_positions: interface.takes_positions(),
             guards: Guards::new(guards::subscribe(node, &contract, "")?),
             clock,
             random: ChaCha8Rng::seed_from_u64(0),
@@ -235,13 +231,13 @@ impl Cycle {
             _tf_static: tf_static,
             _description: description,
             node: node.name().name().to_owned(),
-            transforms_sent: Duration::ZERO,
-            diagnostics_sent: Duration::ZERO,
+            transforms_due: Throttle::new(TRANSFORM_INTERVAL),
+            diagnostics_due: Throttle::new(DIAGNOSTICS_INTERVAL),
             rejected: 0,
             rivals: WarningOnChange::default(),
             name_watch: node.watch_name(&node.name().fully_qualified()),
             namesakes: WarningOnChange::default(),
-            warned: Duration::ZERO,
+            warning_due: Throttle::new(Duration::from_secs(1)),
             log: node.log().clone(),
         })
     }
@@ -260,7 +256,7 @@ impl Cycle {
                 }
             }
         }
-        for why in self.commands.give(&mut self.plant, &self.joints, tick.now) {
+        for why in self.commands.give(&mut self.plant, self.takes_positions, &self.joints, tick.now) {
             self.reject(tick.now, &why);
         }
         self.plant.step(tick.now);
@@ -270,7 +266,7 @@ impl Cycle {
     /// Counts a rejected command, and logs a warning at most once per second.
     fn reject(&mut self, now: Duration, why: &str) {
         self.rejected += 1;
-        if due(&mut self.warned, now, Duration::from_secs(1)) {
+        if self.warning_due.is_due(now) {
             self.log.warn(&format!("command rejected: {why}"));
         }
     }
@@ -284,11 +280,11 @@ impl Cycle {
             (state.position, state.velocity) = (positions, velocities);
             self.joint_states.publish(self.state.clone());
         }
-        if due(&mut self.diagnostics_sent, now, DIAGNOSTICS_INTERVAL) {
+        if self.diagnostics_due.is_due(now) {
             self.namesakes.warn(&self.log, self.name_watch.warning());
             self.publish_diagnostics(now);
         }
-        if due(&mut self.transforms_sent, now, TRANSFORM_INTERVAL) {
+        if self.transforms_due.is_due(now) {
             let stamp = self.clock.now();
             let transforms = &mut Arc::make_mut(&mut self.transforms).transforms;
             let positions = self.plant.positions();

@@ -2,10 +2,11 @@
 //! thread, and reads the snapshots that the cycle leaves.
 
 use super::arm_input::{JointStates, unheard};
-use super::complaint::{WarningOnChange, due};
+use super::complaint::WarningOnChange;
 use super::in_force::{InForce, NotObeyed};
 use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
+use super::throttle::Throttle;
 use dq_check::GuardState;
 use dq_core::servo::{Contended, Reason, Reconfiguration, Rejection, State, Status};
 use dq_ros::ros::{EndpointNames, Logger, NameWatch, Node};
@@ -46,11 +47,11 @@ pub(super) struct Report {
     not_obeyed: NotObeyed,
     idle: WarningOnChange,
     limited: bool,
-    limit: Duration,
+    limit_due: Throttle,
     namesakes: WarningOnChange,
-    readers: Duration,
-    warning: Duration,
-    replaced_warning: Duration,
+    readers_due: Throttle,
+    rejected_due: Throttle,
+    replaced_due: Throttle,
 }
 
 impl Report {
@@ -84,11 +85,11 @@ impl Report {
             not_obeyed: NotObeyed::default(),
             idle: WarningOnChange::default(),
             limited: false,
-            limit: Duration::ZERO,
+            limit_due: Throttle::new(SECOND),
             namesakes: WarningOnChange::default(),
-            readers: Duration::ZERO,
-            warning: Duration::ZERO,
-            replaced_warning: Duration::ZERO,
+            readers_due: Throttle::new(READERS_INTERVAL),
+            rejected_due: Throttle::new(SECOND),
+            replaced_due: Throttle::new(SECOND),
         }
     }
 
@@ -104,7 +105,7 @@ impl Report {
     /// Publishes and logs the data that are due after a cycle.
     fn take(&mut self, cycle: &Snapshot) {
         let now = cycle.now;
-        if due(&mut self.readers, now, READERS_INTERVAL) {
+        if self.readers_due.is_due(now) {
             self.outputs.update_readers();
         }
         if cycle.due.pose {
@@ -132,7 +133,7 @@ impl Report {
         let rejections = &cycle.rejections;
         // A count that is lower than before has started again at zero.
         self.rejected = rejections.total().min(self.rejected);
-        if rejections.total() > self.rejected && due(&mut self.warning, now, SECOND) {
+        if rejections.total() > self.rejected && self.rejected_due.is_due(now) {
             let count = rejections.total() - self.rejected;
             self.rejected = rejections.total();
             self.log.warn(&format!(
@@ -173,7 +174,7 @@ impl Report {
         let Some(last) = replaced.last.as_ref().filter(|_| replaced.count > self.replaced) else {
             return;
         };
-        if due(&mut self.replaced_warning, cycle.now, SECOND) {
+        if self.replaced_due.is_due(cycle.now) {
             let count = replaced.count - self.replaced;
             self.log.error(&format!("{count} commands replaced by braking, last: {last}"));
             self.replaced = replaced.count;
@@ -320,7 +321,7 @@ impl Report {
         let Status { gain_factor: part, latency, .. } = cycle.status;
         // Hysteresis: between the two thresholds the state does not change.
         let limited = if self.limited { part < 1.0 } else { part < 0.9 };
-        if limited == self.limited || !due(&mut self.limit, cycle.now, SECOND) {
+        if limited == self.limited || !self.limit_due.is_due(cycle.now) {
             return;
         }
         self.limited = limited;

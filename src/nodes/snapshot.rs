@@ -1,7 +1,7 @@
 //! Snapshots that a cycle leaves for the report. The report formats, publishes and logs them on its own thread.
 
-use super::complaint::due;
 use super::ros_inputs::{RejectedGoal, RosInputs};
+use super::throttle::Throttle;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
     MOTIONS, Motion, RateBound, Reason, Reconfiguration, RejectionCounts, Replaced, Requester, Rivals, Servo,
@@ -120,9 +120,9 @@ pub(super) struct Snapshots {
     updates: MotionUpdates,
     /// The number of changes of the settings up to the time when the law's rate was last sent.
     judged: Option<u64>,
-    pose: Duration,
-    status: Duration,
-    diagnostics: Duration,
+    pose: Throttle,
+    status: Throttle,
+    diagnostics: Throttle,
 }
 
 /// The part of the status whose changes are reported at once.
@@ -142,7 +142,8 @@ pub(super) struct ReportEnded;
 /// Returns both ends of a queue of snapshots. The memory of the queue is allocated once.
 pub(super) fn queue() -> (Snapshots, Receiver<Snapshot>) {
     let (queue, snapshots) = sync_channel(WAITING);
-    let [pose, status, diagnostics] = [Duration::ZERO; 3];
+    let [pose, status, diagnostics] =
+        [POSE_INTERVAL, STATUS_INTERVAL, DIAGNOSTICS_INTERVAL].map(Throttle::new);
     (
         Snapshots {
             queue,
@@ -181,9 +182,9 @@ impl Snapshots {
         };
         let is_new = self.last != Some(changes) || !self.updates.motions.is_empty();
         let due = Due {
-            pose: due(&mut self.pose, now, POSE_INTERVAL),
-            status: due(&mut self.status, now, STATUS_INTERVAL) || is_new,
-            diagnostics: due(&mut self.diagnostics, now, DIAGNOSTICS_INTERVAL),
+            pose: self.pose.is_due(now),
+            status: self.status.is_due(now) || is_new,
+            diagnostics: self.diagnostics.is_due(now),
         };
         if due == Due::default() {
             return Ok(());

@@ -1,6 +1,7 @@
 //! Writes lines to a log file in ROS 2's log folder, where C++ and Python nodes also write theirs.
 
 use crate::stderr::{self, Queue};
+use std::ffi::{OsStr, OsString};
 use std::fs::{File, create_dir_all};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -28,7 +29,7 @@ pub fn flush(patience: Duration) {
 fn open() -> std::io::Result<Queue> {
     let folder = folder(|variable| std::env::var(variable).ok());
     create_dir_all(&folder)?;
-    let path = folder.join(file_name());
+    let path = folder.join(file_name(std::env::args_os().next()));
     let named = |why: std::io::Error| std::io::Error::new(why.kind(), format!("{}: {why}", path.display()));
     Queue::start("log file", File::create_new(&path).map_err(named)?)
 }
@@ -41,10 +42,13 @@ fn folder(get: impl Fn(&str) -> Option<String>) -> PathBuf {
     get("ROS_LOG_DIR").map(PathBuf::from).unwrap_or_else(|| of_ros().unwrap_or_else(home).join("log"))
 }
 
-/// Returns the file name in the style of rcl_logging_spdlog: program, process, milliseconds since the Unix epoch.
-fn file_name() -> String {
+/// Returns the file name in the style of rcl_logging_spdlog: the name by which the program was called, its process, and the
+/// milliseconds since the Unix epoch.
+fn file_name(program: Option<OsString>) -> String {
+    let program = program.map(PathBuf::from);
+    let program = program.as_deref().and_then(Path::file_name).map(OsStr::to_string_lossy);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    format!("dq_servo_{}_{}.log", std::process::id(), now.as_millis())
+    format!("{}_{}_{}.log", program.as_deref().unwrap_or("node"), std::process::id(), now.as_millis())
 }
 
 #[cfg(test)]
@@ -59,5 +63,19 @@ mod tests {
         assert_eq!(folder(&[("HOME", "/h")]), Path::new("/h/.ros/log"));
         assert_eq!(folder(&[("HOME", "/h"), ("ROS_HOME", "/r")]), Path::new("/r/log"));
         assert_eq!(folder(&[("ROS_HOME", "/r"), ("ROS_LOG_DIR", "/l")]), Path::new("/l"));
+    }
+
+    #[test]
+    fn the_file_has_the_name_of_the_program() {
+        let begin = |program: Option<&str>, name: &str| {
+            let file = file_name(program.map(OsString::from));
+            assert!(
+                file.starts_with(&format!("{name}_{}_", std::process::id())) && file.ends_with(".log"),
+                "{file}"
+            );
+        };
+        begin(Some("/opt/robot/counter"), "counter");
+        begin(Some("counter"), "counter");
+        begin(None, "node");
     }
 }

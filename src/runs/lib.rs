@@ -63,4 +63,15 @@ pub enum RunError {
     /// The servo rejects the parameters in the bag.
     #[error("the parameters in the bag: {0}")]
     Settings(#[from] dq_core::servo::SettingsError),
+    /// The servo in the bag obeyed a live keep-out that is invalid here.
+    #[error("the live keep-out {keep_out:?} in the bag: {why}")]
+    KeepOut {
+        /// The text of the keep-out, or its beginning.
+        keep_out: String,
+        /// The reason.
+        why: dq_space::space::KeepOutError,
+    },
+    /// The live keep-outs in the bag do not fit into the scene.
+    #[error("the live keep-outs in the bag: {0}")]
+    Scene(#[from] dq_space::space::SceneError),
 }

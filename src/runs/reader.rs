@@ -12,12 +12,9 @@ use dq_common::text::{NAME, shown};
 use dq_config::ServoParameters;
 use dq_core::servo::{Goal, Interface, Settings, StateError};
 use dq_link::longest_travel;
-use dq_messages::messages::{
-    DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, PoseStamped, TwistStamped,
-    UInt8MultiArray,
-};
+use dq_messages::messages::{DiagnosticStatus, JointState, PoseStamped, TwistStamped, UInt8MultiArray};
 use dq_metrics::GoalError;
-use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
+use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic, with_command};
 use std::time::Duration;
 
 /// The largest number of points of a curve, about fifty per pixel of a figure. With this limit, a long run needs no more memory
@@ -437,10 +434,7 @@ impl Reader for RunReader {
                 self.take_joint_state(measured(state.header.stamp.nanoseconds()), arm, &state);
             }
         } else if topic == command_topic(interface) {
-            let command = match interface {
-                Interface::Trajectory => message.decode::<JointTrajectory>().ok().map(Command::numbers),
-                _ => message.decode::<Float64MultiArray>().ok().map(Command::numbers),
-            };
+            let command = with_command!(interface, M => message.decode::<M>().ok().map(Command::numbers));
             command.into_iter().for_each(|numbers| self.take_command(time, arm, numbers));
         }
     }

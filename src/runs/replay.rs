@@ -137,7 +137,7 @@ impl Running {
             store.override_initial(&name, value)?;
         }
         let mut parameters = kind.from_store(&store)?;
-        parameters.settings = with_drawn(parameters.settings, &all.drawn);
+        parameters.settings = with_drawn(&parameters.settings, &all.drawn)?;
         let mut servo = parameters.build()?;
         let restored = saved.restore(&mut servo);
         Ok(restored.map(|()| Self { kind: *kind, store, parameters, servo, next: number }))
@@ -148,7 +148,7 @@ impl Running {
         // Events that are rejected were rejected in the recording, too.
         if let Recorded::Parameters(RecordedParameters { values, drawn }) = recorded {
             self.store = self.store.with(&bounded(values.clone())?)?;
-            let settings = with_drawn(self.kind.from_store(&self.store)?.settings, drawn);
+            let settings = with_drawn(&self.kind.from_store(&self.store)?.settings, drawn)?;
             let _ = self.servo.take(Event::Configure(Box::new(settings)));
         } else if let Some(event) = recorded.event(&self.parameters.joints) {
             let _ = self.servo.take(event);
@@ -166,11 +166,15 @@ impl Running {
     }
 }
 
-/// Adds the live keep-outs `drawn` to the settings. Leaves out texts that are not keep-outs, and all keep-outs if the settings have
-/// no room for them.
-fn with_drawn(settings: Settings, drawn: &[String]) -> Settings {
-    let solids: Vec<KeepOut> = drawn.iter().filter_map(|text| text.parse().ok()).collect();
-    settings.keeping_out_of(&solids).unwrap_or(settings)
+/// Returns the settings with the live keep-outs `drawn`.
+///
+/// # Errors
+/// [`RunError::KeepOut`] for a text that is not a keep-out; the error of the scene if it has no room for them.
+fn with_drawn(settings: &Settings, drawn: &[String]) -> Result<Settings, RunError> {
+    let parse =
+        |text: &String| text.parse().map_err(|why| RunError::KeepOut { keep_out: shown(text, NAME), why });
+    let keep_outs: Vec<KeepOut> = drawn.iter().map(parse).collect::<Result<_, _>>()?;
+    Ok(settings.keeping_out_of(&keep_outs)?)
 }
 
 impl Replica {
@@ -280,5 +284,27 @@ impl Replayed {
             self.largest_difference = differences.fold(self.largest_difference, f64::max);
             self.first_difference_s.get_or_insert(time);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_config::NodeParameters;
+    use dq_wire::Saved;
+
+    /// Without a keep-out, the replay would compare the commands of another servo than the recorded one.
+    #[test]
+    fn a_live_keep_out_that_is_invalid_ends_the_replay_by_name() {
+        let begin = |keep_out: &str| {
+            let drawn = vec!["post sphere 0.5 0 0.5 0.1".to_owned(), keep_out.to_owned()];
+            let (store, ..) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
+            let all = RecordedParameters { values: store.values().collect(), drawn };
+            let events = [Recorded::Begin(ServoKind::OneArm, all), Recorded::Saved(Saved((&[][..]).into()))];
+            Running::begin(1, &events).map(|_| ()).map_err(|why| why.to_string())
+        };
+        assert_eq!(begin("table half_space 0 0 1 0"), Ok(()));
+        let why = begin("table half_space 0 0").unwrap_err();
+        assert!(why.starts_with("the live keep-out \"table half_space 0 0\" in the bag: "), "{why}");
     }
 }

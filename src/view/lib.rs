@@ -57,6 +57,9 @@ pub enum ViewError {
     /// The page cannot take part in the graph.
     #[error(transparent)]
     Ros(#[from] dq_ros::ros::RosError),
+    /// The servo's parameters do not describe an arm.
+    #[error(transparent)]
+    Parameters(#[from] dq_params::ParameterError),
 }
 
 /// A request of a browser to the program that serves the page, not to the robot.

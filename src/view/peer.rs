@@ -4,7 +4,7 @@ use super::arm_shape::ArmShape;
 use super::known_robot::KnownRobot;
 use super::robot::Robot;
 use super::servo_monitor::ServoMonitor;
-use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, markers};
+use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, ViewError, markers};
 use dq_config::PLANT_NAMES;
 use dq_core::servo;
 use dq_messages::ParameterEvent;
@@ -265,7 +265,7 @@ impl Shared {
         self.node.try_lock().is_ok_and(|node| node.graph().contains_key(&status))
     }
 
-    async fn read_parameters(&self, servo: &str, frame: &watch::Sender<Arc<str>>) -> anyhow::Result<()> {
+    async fn read_parameters(&self, servo: &str, frame: &watch::Sender<Arc<str>>) -> Result<(), ViewError> {
         self.stop().await?;
         self.pause().await?;
         let mut node = self.node.lock().await;

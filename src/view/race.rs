@@ -1,5 +1,6 @@
 //! A race: two arms move to the same goal under two laws.
 
+use super::ViewError;
 use super::robot::{Robot, units};
 use super::servo_monitor::ServoMonitor;
 use dq_core::servo::State;
@@ -43,13 +44,13 @@ impl RaceWatch {
     /// Joins the graph with two nodes of these names.
     ///
     /// # Errors
-    /// [`RosError`], or an error if the parameters do not describe an arm.
+    /// [`ViewError`] if the nodes cannot join the graph, or the parameters do not describe an arm.
     pub fn join(
         session: &Session,
         names: [Resolver; 2],
         logging: Logging,
         race: &Race,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, ViewError> {
         let contract = Contract::builtin().map_err(RosError::from)?.servo;
         let goal = contract.topic::<PoseStamped>("goal_pose", Direction::In).map_err(RosError::from)?;
         let mut arms = Vec::new();

@@ -17,42 +17,39 @@ pub fn command_topic(interface: Interface) -> &'static str {
     }
 }
 
-/// Creates a command of velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], one per joint.
-pub fn command_array(numbers: Vec<f64>) -> Float64MultiArray {
-    Float64MultiArray { layout: MultiArrayLayout::default(), data: numbers }
+/// Evaluates an expression in which the given name stands for the message type of the commands to an arm with this interface.
+#[macro_export]
+macro_rules! with_command {
+    ($interface:expr, $Command:ident => $expression:expr) => {
+        match $interface {
+            $crate::command_types::Interface::Velocity | $crate::command_types::Interface::Position => {
+                type $Command = $crate::command_types::Float64MultiArray;
+                $expression
+            }
+            $crate::command_types::Interface::Trajectory => {
+                type $Command = $crate::command_types::JointTrajectory;
+                $expression
+            }
+        }
+    };
 }
 
-/// Creates a trajectory of one point: the `joints` should be at `positions` \[rad, prismatic: m\] after `time`.
-pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Duration) -> JointTrajectory {
-    let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
-    JointTrajectory { header: Header::default(), joint_names: joints, points: vec![point] }
-}
-
-/// A command that can be overwritten without allocating.
-pub trait Rewrite {
-    /// Overwrites the numbers of the command. `numbers` must be as long as the command.
-    fn rewrite(&mut self, numbers: &[f64]);
-}
-
-impl Rewrite for Float64MultiArray {
-    fn rewrite(&mut self, numbers: &[f64]) {
-        self.data.copy_from_slice(numbers);
-    }
-}
-
-impl Rewrite for JointTrajectory {
-    fn rewrite(&mut self, numbers: &[f64]) {
-        self.points.iter_mut().for_each(|point| point.positions.copy_from_slice(numbers));
-    }
-}
-
-/// A command to an arm.
+/// A command to an arm. [`with_command`](crate::with_command) chooses the message type.
 pub trait Command: Message {
-    /// Returns the velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], in the order of the command.
+    /// Creates a command of velocities [rad/s] or positions \[rad\], one for each of the `joints`. A controller that takes
+    /// trajectories reaches the positions after `time`.
+    fn create(numbers: Vec<f64>, joints: &[String], time: Duration) -> Self;
+
+    /// Overwrites the numbers of the command without allocating. The command keeps its length, so there must be as many numbers
+    /// as before.
+    fn rewrite(&mut self, numbers: &[f64]);
+
+    /// Returns the velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
-    /// Returns the numbers in the order of `joints`; an empty list if the command does not name all these joints.
-    fn in_order(&self, joints: &[String]) -> Vec<f64>;
+    /// Returns the numbers in the order of `joints`, and the time within which to reach them. `None` if the command names joints,
+    /// and lacks one of these.
+    fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)>;
 
     /// Returns whether a guard has sent the command.
     fn is_of_guard(&self) -> bool;
@@ -63,12 +60,20 @@ pub trait Command: Message {
 }
 
 impl Command for Float64MultiArray {
+    fn create(numbers: Vec<f64>, _joints: &[String], _time: Duration) -> Self {
+        Self { layout: MultiArrayLayout::default(), data: numbers }
+    }
+
+    fn rewrite(&mut self, numbers: &[f64]) {
+        self.data.copy_from_slice(numbers);
+    }
+
     fn numbers(self) -> Vec<f64> {
         self.data
     }
 
-    fn in_order(&self, _joints: &[String]) -> Vec<f64> {
-        self.data.clone()
+    fn target(&self, _joints: &[String]) -> Option<(Vec<f64>, Duration)> {
+        Some((self.data.clone(), Duration::ZERO))
     }
 
     fn is_of_guard(&self) -> bool {
@@ -83,12 +88,27 @@ impl Command for Float64MultiArray {
 }
 
 impl Command for JointTrajectory {
+    fn create(positions: Vec<f64>, joints: &[String], time: Duration) -> Self {
+        let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
+        Self { header: Header::default(), joint_names: joints.to_vec(), points: vec![point] }
+    }
+
+    fn rewrite(&mut self, numbers: &[f64]) {
+        self.points.iter_mut().for_each(|point| point.positions.copy_from_slice(numbers));
+    }
+
     fn numbers(self) -> Vec<f64> {
         self.points.into_iter().next_back().unwrap_or_default().positions
     }
 
-    fn in_order(&self, joints: &[String]) -> Vec<f64> {
-        self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
+    fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)> {
+        let point = self.points.last()?;
+        let position = |joint: &String| {
+            let place = self.joint_names.iter().position(|name| name == joint)?;
+            point.positions.get(place).copied()
+        };
+        let positions = joints.iter().map(position).collect::<Option<Vec<_>>>()?;
+        Some((positions, (&point.time_from_start).into()))
     }
 
     /// The mark of a guard is the frame in the header. Controllers ignore the frame.
@@ -113,10 +133,7 @@ mod tests {
         for name in Interface::NAMES {
             let interface: Interface = name.parse().unwrap();
             let topic = command_topic(interface);
-            let has = |node: &dq_messages::NodeContract, topic: &str, direction| match interface {
-                Interface::Trajectory => node.topic::<JointTrajectory>(topic, direction).is_ok(),
-                _ => node.topic::<Float64MultiArray>(topic, direction).is_ok(),
-            };
+            let has = |node: &dq_messages::NodeContract, topic: &str, direction| with_command!(interface, M => node.topic::<M>(topic, direction).is_ok());
             assert!(
                 has(&contract.servo, topic, Direction::Out) && has(&contract.plant, topic, Direction::In)
             );
@@ -129,7 +146,7 @@ mod tests {
     fn a_trajectory_is_read_by_joint_name() {
         let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
         let time = Duration::from_millis(1250);
-        let message = command_trajectory(names(["a", "b"]), vec![1.0, 2.0], time);
+        let message = JointTrajectory::create(vec![1.0, 2.0], &names(["a", "b"]), time);
         assert_eq!(message.target(&names(["b", "a"])), Some((vec![2.0, 1.0], time)));
         assert_eq!(message.target(&names(["a", "c"])), None);
         assert_eq!(message.numbers(), [1.0, 2.0]);
@@ -141,7 +158,7 @@ mod tests {
     /// With six joints, the encoded command has 48 bytes for the speeds. The rest encodes the number of joints and an empty layout.
     #[test]
     fn commands_carry_their_numbers_and_nothing_else() {
-        let mut command = command_array(vec![0.0; 6]);
+        let mut command = Float64MultiArray::create(vec![0.0; 6], &[], Duration::ZERO);
         command.rewrite(&[0.5; 6]);
         let cdr_le = rustdds::RepresentationIdentifier::CDR_LE;
         let mut bytes = Vec::new();
@@ -155,9 +172,11 @@ mod tests {
 
     #[test]
     fn a_guard_s_commands_are_recognized_in_every_type() {
-        let array = command_array(vec![0.0; 6]);
-        assert!(!array.is_of_guard() && array.of_guard().is_of_guard());
-        let trajectory = command_trajectory(Vec::new(), Vec::new(), Duration::ZERO);
-        assert!(!trajectory.is_of_guard() && trajectory.of_guard().is_of_guard());
+        for name in Interface::NAMES {
+            with_command!(name.parse().unwrap(), M => {
+                let command = M::create(vec![0.0; 6], &[], Duration::ZERO);
+                assert!(!command.is_of_guard() && command.of_guard().is_of_guard());
+            });
+        }
     }
 }

@@ -13,7 +13,15 @@ mod servo_kind;
 mod status;
 mod timing;
 
-pub use commands::{Command, Rewrite, command_array, command_topic, command_trajectory};
+pub use commands::{Command, command_topic};
+
+/// The types that [`with_command`] names.
+#[doc(hidden)]
+pub mod command_types {
+    pub use dq_core::servo::Interface;
+    pub use dq_messages::messages::{Float64MultiArray, JointTrajectory};
+}
+
 pub use contract::Contract;
 pub use cycle_record::{CycleRecord, Recorded, RecordedParameters, Saved};
 pub use motion_report::{MotionContext, MotionReport, Outcome};

@@ -5,6 +5,7 @@ mod examples;
 mod imports;
 mod input;
 mod links;
+mod named;
 mod output;
 mod packages;
 mod readmes;

@@ -63,7 +63,7 @@ impl Runner {
         }
     }
 
-    async fn race(&mut self, race: Race) -> anyhow::Result<Answer> {
+    async fn race(&mut self, race: Race) -> crate::cli::Result<Answer> {
         self.race.try_join_next();
         if !self.race.is_empty() {
             return Ok(Answer::refused("one comparison at a time"));
@@ -79,7 +79,7 @@ impl Runner {
     }
 
     /// Records into a directory that is named after the present time.
-    fn record(&mut self) -> anyhow::Result<Answer> {
+    fn record(&mut self) -> crate::cli::Result<Answer> {
         if let Some((_, directory)) = &self.recording {
             return Ok(Answer::refused(format!("a recording is going on already: {}", directory.display())));
         }
@@ -91,7 +91,7 @@ impl Runner {
         Ok(Answer::done(text))
     }
 
-    async fn end_recording(&mut self) -> anyhow::Result<Answer> {
+    async fn end_recording(&mut self) -> crate::cli::Result<Answer> {
         let Some((recording, directory)) = self.recording.take() else {
             return Ok(Answer::refused("there is no recording"));
         };
@@ -100,8 +100,8 @@ impl Runner {
     }
 }
 
-fn refused(why: &anyhow::Error) -> Answer {
-    Answer::refused(cut(&format!("{why:#}")))
+fn refused(why: &crate::cli::Error) -> Answer {
+    Answer::refused(cut(&why.line()))
 }
 
 fn since_1970() -> Duration {

@@ -44,7 +44,7 @@ pub(in crate::cli) struct Compare {
 }
 
 impl Compare {
-    pub(super) fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self) -> crate::cli::Result<()> {
         let arms = match self.arm.as_slice() {
             [] => Arm::builtin()?,
             arms => arms.iter().map(|arm| Arm::named(arm)).collect::<Result<_, _>>()?,
@@ -84,7 +84,7 @@ impl Compare {
         }
     }
 
-    fn switched(&self, study: &Study, switch: Switch) -> anyhow::Result<()> {
+    fn switched(&self, study: &Study, switch: Switch) -> crate::cli::Result<()> {
         // Only the study of the constraints is compared with other programs.
         let peers = match switch == Switch::Constraints {
             true => PeerRuns::read(study, &self.out)?,
@@ -106,12 +106,12 @@ impl Compare {
         Ok(print_line!("{tables}")?)
     }
 
-    fn summarize(&self, study: &Study, file: &Path) -> anyhow::Result<()> {
+    fn summarize(&self, study: &Study, file: &Path) -> crate::cli::Result<()> {
         let summary = Summary::read(study, file)?;
         let peers = Peers::read(study, &summary, &self.out.join("peers.jsonl"))?;
         let findings = Findings::new(study, &summary, &peers)?;
         dq_figures::save(&figures(&findings, &summary), &self.out, Width::Screen)?;
-        let json = serde_json::to_string(&findings)? + "\n";
+        let json = serde_json::to_string(&findings).map_err(std::io::Error::from)? + "\n";
         dq_figures::write(&self.out.join("compare.json"), json.as_bytes())?;
         let page = page(&findings);
         dq_figures::write(&self.out.join("what_the_laws_do.md"), page.as_bytes())?;

@@ -1,15 +1,17 @@
 //! `dq_servo demo`: runs the nodes on this host, and moves the arm to a goal and back as in the paper.
 
 use super::enter;
-use super::node_set::{Interrupted, NodeSet, Setting};
+use super::node_set::{NodeSet, Setting};
 use super::recording::Recording;
 use super::rehearsal;
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::cli::arm::RobotChoice;
+use crate::cli::error::{Error, failed};
 use crate::cli::print::{self, print_line};
 use crate::cli::signals::Signals;
 use dq_algebra::UnitDualQuaternion;
+use dq_common::UnknownName;
 use dq_config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
 use dq_kinematics::arm::{Chain, JointKind};
 use dq_kinematics::control::{Aim, Map};
@@ -49,7 +51,7 @@ pub(in crate::cli) struct Demo {
 const INVITATION: Duration = Duration::from_secs(60);
 
 impl Demo {
-    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         let mut signals = Signals::new()?;
         // Keep the domain until the end, so that no other demo takes it.
         let (environment, domain) = Environment::from_process(ros_args)?.alone()?;
@@ -108,7 +110,7 @@ async fn one_arm(
     arm: &RobotChoice,
     page: Option<Page>,
     signals: &mut Signals,
-) -> anyhow::Result<Option<Played>> {
+) -> crate::cli::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = one_arm_scene(setting, arm)?;
     let stays = Cell::new(false);
     let play = async |nodes: &mut NodeSet<'_>| {
@@ -123,7 +125,7 @@ async fn one_arm(
         match played.map(|played| table(&played)) {
             Ok(table) => tokio::task::spawn_blocking(move || print::line(format_args!("{table}"))).await??,
             // The user may have driven the arm somewhere else.
-            Err(why) => stderr::line(format!("no table: {why:#}")),
+            Err(why) => stderr::line(format!("no table: {}", why.line())),
         }
         stderr::line("the page stays open, and its user controls the arm: ctrl-C ends it");
         std::future::pending().await
@@ -133,7 +135,7 @@ async fn one_arm(
         page.close().await;
     }
     match performed {
-        Err(why) if why.is::<Interrupted>() && stays.get() => Ok(None),
+        Err(Error::Interrupted) if stays.get() => Ok(None),
         other => other,
     }
 }
@@ -158,16 +160,16 @@ async fn there_and_back(
     nodes: &mut NodeSet<'_>,
     goal: PoseNumbers,
     start: PoseNumbers,
-) -> anyhow::Result<Vec<MotionReport>> {
+) -> crate::cli::Result<Vec<MotionReport>> {
     let there = nodes.go(goal).await?;
-    let back = rehearsal::return_law(there.law.parse()?);
+    let back = rehearsal::return_law(there.law.parse().map_err(|why: UnknownName| failed!("{why}"))?);
     nodes.set_parameter("controller", back.name()).await?;
     Ok(vec![there, nodes.go(start).await?])
 }
 
 /// Prepares the arm, its servo, its start and its goal. For the paper's arm, the goal is the paper's. For another arm, the goal is
 /// a tool pose near the start that one law reaches and from which another law returns.
-fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result<Scene<'a>> {
+fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> crate::cli::Result<Scene<'a>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
     let (chain, papers) = (parameters.arms.chain(), papers_chain()?);
@@ -187,7 +189,7 @@ fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result
     Ok(Scene { nodes: NodeSet::set(setting, servo, vec![plant])?, start, goal, joints })
 }
 
-fn papers_chain() -> anyhow::Result<Chain> {
+fn papers_chain() -> crate::cli::Result<Chain> {
     let (store, _) = ServoParameters::start(ServoParameters::NODE_NAME, Vec::new())?;
     Ok(ServoParameters::from_store(&store)?.arms.chain().clone())
 }
@@ -197,26 +199,26 @@ async fn in_a_browser(
     setting: &Setting<'_>,
     Scene { nodes, goal, .. }: Scene<'_>,
     signals: &mut Signals,
-) -> anyhow::Result<()> {
+) -> crate::cli::Result<()> {
     let mut page = View::default().open(nodes.kind(), &setting.environment, setting.ros_args).await?;
     print_line!("{}", page.link)?;
     let play = async |nodes: &mut NodeSet<'_>| {
         let _ = page.watched.wait_for(|watched| *watched).await;
         // The result is not used: from now on the user controls the arm and may have sent another goal already.
         let _ = nodes.go(goal).await;
-        std::future::pending::<anyhow::Result<()>>().await
+        std::future::pending::<crate::cli::Result<()>>().await
     };
     let performed = nodes.perform(play, signals).await;
     page.close().await;
     match performed {
-        Err(why) if why.is::<Interrupted>() => Ok(()),
+        Err(Error::Interrupted) => Ok(()),
         other => other,
     }
 }
 
 /// Makes the paper's motions of relative position control: to twice the distance with the transposed Jacobian, and back with the
 /// damped inverse. The motion back also controls the orientation.
-async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
+async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> crate::cli::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = two_arm_scene(setting)?;
     let play = async |nodes: &mut NodeSet<'_>| {
         nodes.set_parameter("primitive", Aim::Position.relative_name()).await?;
@@ -230,7 +232,7 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Resul
 }
 
 /// Prepares the paper's two arms and their servo, the initial pose of the right tool relative to the left one, and the goal.
-fn two_arm_scene<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
+fn two_arm_scene<'a>(setting: &Setting<'a>) -> crate::cli::Result<Scene<'a>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<ServoParameters>::from(Prepared::<DualParameters>::new(setting.ros_args)?);
     let left =

@@ -16,16 +16,9 @@ mod reproduce;
 mod table;
 mod view;
 
-use super::error::is_ros_usage;
 use super::help;
-use super::recording::RecordingError;
 use clap::Subcommand;
-use dq_bags::BagError;
 use dq_ros::ros::RosArgs;
-use dq_runs::RunError;
-use dq_studies::compare::CompareError;
-use dq_studies::paper::PaperError;
-use dq_view::ViewError;
 
 /// A subcommand other than a node.
 #[derive(Subcommand)]
@@ -55,7 +48,7 @@ pub(super) enum Online {
 }
 
 impl Online {
-    pub async fn run(self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub async fn run(self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         match self {
             Self::Demo(demo) => demo.run(ros_args).await,
             Self::View(view) => view.run(ros_args).await,
@@ -79,7 +72,7 @@ pub(super) enum Offline {
 }
 
 impl Offline {
-    pub fn run(self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub fn run(self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         match self {
             Self::Plot(plot) => plot.run(ros_args),
             Self::Replay(replay) => replay.run(ros_args),
@@ -87,31 +80,4 @@ impl Offline {
             Self::Compare(compare) => compare.run(),
         }
     }
-}
-
-/// Returns whether the error is caused by the user's request rather than by its execution.
-pub(super) fn is_usage(error: &anyhow::Error) -> bool {
-    let bag = |error: &BagError| !matches!(error, BagError::Write { .. });
-    let recording = |error: &RecordingError| match error {
-        RecordingError::Bag(error) => bag(error),
-        RecordingError::Ros(error) => is_ros_usage(error),
-        RecordingError::Thread(_) | RecordingError::Deaf { .. } => false,
-    };
-    let run = |error: &RunError| match error {
-        RunError::Bag(error) => bag(error),
-        RunError::NoRobot(_)
-        | RunError::TooMany { .. }
-        | RunError::NotReplayable(_)
-        | RunError::NoGoals { .. }
-        | RunError::Parameters(_)
-        | RunError::Settings(_) => true,
-    };
-    // A full disk is not an error of the request.
-    let compare = |error: &CompareError| !matches!(error, CompareError::File { .. });
-    matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
-        || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))
-        || error.downcast_ref().is_some_and(compare)
-        || error.downcast_ref().is_some_and(bag)
-        || error.downcast_ref().is_some_and(recording)
-        || error.downcast_ref().is_some_and(run)
 }

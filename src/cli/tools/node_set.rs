@@ -1,10 +1,10 @@
 //! The nodes of a demo, in one process.
 
 use super::recording::Recording;
+use crate::cli::error::{Error, bail};
 use crate::cli::not_arrived::NotArrived;
 use crate::cli::signals::Signals;
 use crate::cli::watch::{DISCOVERY, Watch};
-use anyhow::bail;
 use dq_config::{PlantParameters, ServoParameters};
 use dq_core::servo::State;
 use dq_messages::PoseNumbers;
@@ -20,11 +20,6 @@ const MOTION_TIMEOUT: Duration = Duration::from_secs(90);
 
 /// The longest time that a parameter service may take.
 const SERVICE: Duration = Duration::from_secs(10);
-
-/// A signal ended the demo.
-#[derive(Debug, thiserror::Error)]
-#[error("interrupted")]
-pub(super) struct Interrupted;
 
 /// The environment of a demo.
 pub(super) struct Setting<'a> {
@@ -54,7 +49,7 @@ impl<'a> NodeSet<'a> {
         setting: &Setting<'a>,
         servo: Prepared<ServoParameters>,
         plants: Vec<Prepared<PlantParameters>>,
-    ) -> anyhow::Result<Self> {
+    ) -> crate::cli::Result<Self> {
         let Setting { environment, ros_args, recording } = setting;
         let mut sessions = Vec::new();
         let mut nodes = Vec::new();
@@ -92,12 +87,12 @@ impl<'a> NodeSet<'a> {
     /// Runs `play`, and then brings the arms to rest, even if a signal ended `play`. A second signal skips this stop.
     pub async fn perform<R>(
         mut self,
-        play: impl AsyncFnOnce(&mut Self) -> anyhow::Result<R>,
+        play: impl AsyncFnOnce(&mut Self) -> crate::cli::Result<R>,
         signals: &mut Signals,
-    ) -> anyhow::Result<R> {
+    ) -> crate::cli::Result<R> {
         let played = tokio::select! {
             played = play(&mut self) => played,
-            () = signals.next() => Err(Interrupted.into()),
+            () = signals.next() => Err(Error::Interrupted),
         };
         tokio::select! {
             ended = self.servo.shut_down() => ended?,
@@ -107,7 +102,7 @@ impl<'a> NodeSet<'a> {
     }
 
     /// Moves the arm to `goal`, and waits until the arm has arrived.
-    pub async fn go(&mut self, goal: PoseNumbers) -> anyhow::Result<MotionReport> {
+    pub async fn go(&mut self, goal: PoseNumbers) -> crate::cli::Result<MotionReport> {
         if !self.ready {
             self.servo_ready().await?;
             if let Some(recording) = self.recording {
@@ -125,8 +120,8 @@ impl<'a> NodeSet<'a> {
     }
 
     /// Sets a parameter of the servo.
-    pub async fn set_parameter(&mut self, name: &str, value: &str) -> anyhow::Result<()> {
+    pub async fn set_parameter(&mut self, name: &str, value: &str) -> crate::cli::Result<()> {
         let mut parameters = ParameterClient::new(&mut self.node, &self.servo_name, SERVICE);
-        parameters.set(name, &Value::String(value.to_owned())).await?.map_err(anyhow::Error::msg)
+        parameters.set(name, &Value::String(value.to_owned())).await?.map_err(Error::Failed)
     }
 }

@@ -42,7 +42,7 @@ pub(in crate::cli) struct Plot {
 }
 
 impl Plot {
-    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         let runs = read_all(&self.bags, &self.arm.and(ros_args), self.given_goals()?.as_ref())?;
         for run in &runs {
             if !run.parameters_known && !self.arm.is_some() {
@@ -110,7 +110,7 @@ impl Plot {
     ///
     /// # Errors
     /// [`Usage`] if the folder has figures of other bags. The figures are not overwritten.
-    fn claim_folder(&self, figures: &[Figure]) -> anyhow::Result<()> {
+    fn claim_folder(&self, figures: &[Figure]) -> crate::cli::Result<()> {
         let note = self.out.join("bags.txt");
         let path = |bag: &PathBuf| std::path::absolute(bag).map(|path| format!("{}\n", path.display()));
         let bags = self.bags.iter().map(path).collect::<Result<String, _>>()?;
@@ -146,7 +146,7 @@ pub(super) fn read_all(
     bags: &[PathBuf],
     ros_args: &RosArgs,
     given: Option<&GivenGoals>,
-) -> anyhow::Result<Vec<RecordedRun>> {
+) -> crate::cli::Result<Vec<RecordedRun>> {
     let servo = crate::cli::offline(ros_args.clone())?;
     let mut runs = Vec::new();
     for bag in bags {

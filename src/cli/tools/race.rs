@@ -1,7 +1,7 @@
 //! A race, shown on the live page: two servos move their simulated arms to the same goal, each under its own law. All nodes of the
 //! race are in a separate domain.
 
-use anyhow::ensure;
+use crate::cli::error::ensure;
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_messages::PoseNumbers;
 use dq_nodes::{PlantNode, Prepared, ServoNode};
@@ -34,7 +34,7 @@ pub(super) struct RaceNodes {
 
 impl RaceNodes {
     /// Starts the nodes.
-    pub fn start(environment: &Environment, race: &Race) -> anyhow::Result<Self> {
+    pub fn start(environment: &Environment, race: &Race) -> crate::cli::Result<Self> {
         ensure!(
             environment.enclave.is_none(),
             "the arms of a comparison have no keys, and this program runs secured"

@@ -4,10 +4,10 @@ use super::super::recording::{Progress, Recorder, Selection};
 use super::recording::{is_complete, recording_summary};
 use crate::cli::Usage;
 use crate::cli::count::count;
+use crate::cli::error::bail;
 use crate::cli::print;
 use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
-use anyhow::bail;
 use dq_bags::WriterOptions;
 use dq_ros::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use dq_ros::stderr;
@@ -38,7 +38,7 @@ const SHORTEST: Duration = Duration::from_millis(100);
 const PROGRESS: Duration = Duration::from_millis(200);
 
 impl Record {
-    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         let mut signals = Signals::new()?;
         let names = Resolver::new("dq_servo_recorder", ros_args)?;
         let named = self.topics.iter().map(|name| names.topic(name)).collect::<Result<Vec<_>, _>>()?;

@@ -2,7 +2,7 @@
 
 use super::super::recording::{Recorder, Selection};
 use crate::cli::error::Incomplete;
-use anyhow::ensure;
+use crate::cli::error::ensure;
 use dq_bags::{Bag, WriterOptions, WrittenBag};
 use dq_core::servo::Interface;
 use dq_ros::ros::names::NameError;
@@ -28,7 +28,11 @@ const DISCOVERY: Duration = Duration::from_secs(10);
 
 impl Recording {
     /// Begins to record every topic of the wire contract. Must be called within a tokio runtime.
-    pub fn start(directory: &Path, environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Self> {
+    pub fn start(
+        directory: &Path,
+        environment: &Environment,
+        ros_args: &RosArgs,
+    ) -> crate::cli::Result<Self> {
         let session = Session::open(environment)?;
         let names = Resolver::new("dq_servo_recorder", ros_args)?;
         let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
@@ -42,7 +46,7 @@ impl Recording {
 
     /// Waits until the recorder receives from the arms and from `servo`. Also waits until the recorder would receive a goal and
     /// the commands that follow the goal.
-    pub async fn hears(&self, kind: ServoKind, servo: &str, names: &Resolver) -> anyhow::Result<()> {
+    pub async fn hears(&self, kind: ServoKind, servo: &str, names: &Resolver) -> crate::cli::Result<()> {
         let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
         let of_arms: Vec<_> = of_arms.iter().map(String::as_str).collect();
@@ -83,8 +87,8 @@ impl Recording {
     /// result of the recording. Otherwise returns the command's error, and only logs a failure of the recording.
     pub async fn end<T>(
         recording: Option<Self>,
-        result: anyhow::Result<T>,
-    ) -> anyhow::Result<(T, anyhow::Result<()>)> {
+        result: crate::cli::Result<T>,
+    ) -> crate::cli::Result<(T, crate::cli::Result<()>)> {
         let recorded = match recording {
             Some(recording) => recording.finish().await,
             None => Ok(()),
@@ -92,7 +96,7 @@ impl Recording {
         match (result, recorded) {
             (Ok(result), recorded) => Ok((result, recorded)),
             (Err(why), recorded) => {
-                recorded.unwrap_or_else(|too| stderr::line(format!("{too:#}")));
+                recorded.unwrap_or_else(|too| stderr::line(too.line()));
                 Err(why)
             }
         }
@@ -104,7 +108,7 @@ impl Recording {
     }
 
     /// Ends the recording, and prints what was recorded.
-    pub async fn finish(self) -> anyhow::Result<()> {
+    pub async fn finish(self) -> crate::cli::Result<()> {
         let Self { recorder, directory, mut watch, _session } = self;
         // The recording is ended on purpose, so no warning is needed.
         watch.shutdown().await;

@@ -20,7 +20,7 @@ pub(super) fn return_law(there: Law) -> Law {
 
 /// Returns joint positions [rad, prismatic: m] near `from` that the servo's law reaches, and from which another law returns. If
 /// there are no such positions, returns nearby positions.
-pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> anyhow::Result<Vec<f64>> {
+pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> crate::cli::Result<Vec<f64>> {
     let chain = parameters.arms.chain();
     let beside = parameters.settings.limits.position.beside(from, chain.kinds());
     let start = chain.forward_kinematics(from)?;
@@ -45,7 +45,7 @@ fn end(
     law: Law,
     from: &[f64],
     goal: UnitDualQuaternion,
-) -> anyhow::Result<Option<Vec<f64>>> {
+) -> crate::cli::Result<Option<Vec<f64>>> {
     let (period, mut positions) = (parameters.period, from.to_vec());
     let mut servo = parameters
         .clone()

@@ -1,8 +1,8 @@
 //! `dq_servo replay`: passes a recorded run through the servo cycle, without DDS.
 
 use super::plot;
+use crate::cli::error::bail;
 use crate::cli::print::print_line;
-use anyhow::bail;
 use dq_bags::Bag;
 use dq_ros::ros::RosArgs;
 use dq_ros::stderr;
@@ -24,7 +24,7 @@ pub(in crate::cli) struct Replay {
 }
 
 impl Replay {
-    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         if *ros_args != RosArgs::default() {
             let why = "replay takes no ROS arguments: names and parameters are those of the bag";
             return Err(crate::cli::Usage(why.to_owned()).into());

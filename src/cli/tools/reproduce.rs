@@ -2,8 +2,8 @@
 
 use super::table::{self, seconds};
 use crate::cli::arm::ArmChoice;
+use crate::cli::error::{Error, failed};
 use crate::cli::print::{StdoutError, print_line};
-use anyhow::Context;
 use comfy_table::Table;
 use dq_ros::ros::RosArgs;
 use dq_studies::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
@@ -23,7 +23,7 @@ pub(in crate::cli) struct Reproduce {
 }
 
 impl Reproduce {
-    pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) fn run(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         let prepared = crate::cli::offline(self.arm.and(ros_args))?;
         let parameters = prepared.parameters();
         let experiment = match &self.experiment {
@@ -34,7 +34,9 @@ impl Reproduce {
         dq_figures::make_folder(&self.out)?;
         let (chain, settings) = (parameters.arms.chain().clone(), parameters.settings.clone());
         let lab = Laboratory { chain, settings, experiment };
-        lab.goal().context("--experiment FILE can give angles for another arm")?;
+        lab.goal().map_err(|why| {
+            failed!("--experiment FILE can give angles for another arm: {}", Error::from(why).line())
+        })?;
         let reproduction = reproduce(&lab)?;
         reproduction.save(&self.out)?;
         print(&reproduction)?;

@@ -50,7 +50,7 @@ impl Default for View {
 }
 
 impl View {
-    pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    pub(super) async fn run(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         if !self.bags.is_empty() {
             return self.play(ros_args).await;
         }
@@ -65,7 +65,7 @@ impl View {
     }
 
     /// Plays the bags until a signal arrives. A signal that arrives while the bags are read ends the program at once.
-    async fn play(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+    async fn play(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         let runs = read_all(&self.bags, &self.arm.and(ros_args), None)?;
         let mut signals = Signals::new()?;
         let warn = |why: &str| dq_ros::stderr::line(format!("warning: {why}"));
@@ -85,7 +85,7 @@ impl View {
         kind: ServoKind,
         environment: &Environment,
         ros_args: &RosArgs,
-    ) -> anyhow::Result<Page> {
+    ) -> crate::cli::Result<Page> {
         let (robot, browsers) = dq_view::ends();
         let viewer = ViewerNode::join(kind, environment, ros_args, robot)?;
         let log = viewer.peer.log().clone();
@@ -98,7 +98,7 @@ impl View {
 
     /// Opens the page. If the default port is taken, opens it at another port. The page joins the graph once a browser connects,
     /// and uses no resources until then.
-    pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
+    pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> crate::cli::Result<Page> {
         let (robot, browsers) = dq_view::ends();
         let warn = || Box::new(|why: &str| dq_ros::stderr::line(format!("warning: {why}")));
         let any_port = Self { listen: ANY_PORT.to_owned(), ..Self::default() };
@@ -121,7 +121,7 @@ impl View {
                     let _ = closed.await;
                     viewer.leave().await;
                 }
-                Err(why) => dq_ros::stderr::line(format!("warning: the page shows nothing: {why:#}")),
+                Err(why) => dq_ros::stderr::line(format!("warning: the page shows nothing: {why}")),
             }
         }))
     }
@@ -188,7 +188,7 @@ impl ViewerNode {
         environment: &Environment,
         ros_args: &RosArgs,
         robot: RobotEnd,
-    ) -> anyhow::Result<Self> {
+    ) -> crate::cli::Result<Self> {
         let session = Session::open(environment)?;
         let names = Resolver::new("dq_servo_view", ros_args)?;
         let (ask, tasks) = mpsc::channel(1);

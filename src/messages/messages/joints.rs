@@ -2,7 +2,6 @@
 
 use super::{DurationMessage, Header, Message, message};
 use serde::{Deserialize, Serialize};
-use std::time::Duration;
 
 message! {
     /// A number, for example the fraction of the commanded speed at which a robot moves.
@@ -85,19 +84,5 @@ message! {
         joint_names: Vec<String>,
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         points: Vec<JointTrajectoryPoint>,
-    }
-}
-
-impl JointTrajectory {
-    /// Returns the positions of the last point \[rad, prismatic: m\] in the order of `joints`, and the time in which to reach them.
-    /// `None` if the trajectory has no point, or if its last point lacks the position of one of the joints.
-    pub fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)> {
-        let point = self.points.last()?;
-        let position = |joint: &String| {
-            let place = self.joint_names.iter().position(|name| name == joint)?;
-            point.positions.get(place).copied()
-        };
-        let positions = joints.iter().map(position).collect::<Option<Vec<_>>>()?;
-        Some((positions, (&point.time_from_start).into()))
     }
 }

@@ -54,6 +54,14 @@ pub enum RosError {
         /// The middleware's message.
         why: String,
     },
+    /// The middleware refused to create something that the permissions of the node's enclave lack.
+    #[error("DDS could not create {what}: {why} (the permissions of its enclave do not have it)")]
+    NotPermitted {
+        /// What could not be created.
+        what: String,
+        /// The middleware's message.
+        why: String,
+    },
     /// A name is not a ROS 2 name.
     #[error(transparent)]
     Name(#[from] super::names::NameError),
@@ -78,10 +86,6 @@ pub enum RosError {
     },
 }
 
-/// The hint for an enclave that lacks a permission.
-const NOT_PERMITTED: &str = " (the permissions of its enclave do not have it; launch_scripts/dq_servo_keystore.sh replaces an enclave \
-                             of an earlier version once its folder is removed)";
-
 /// A host has ports for this many participants of a domain (RTPS 2.5, section 9.6.2.3).
 const PARTICIPANTS: u16 = 120;
 
@@ -97,10 +101,11 @@ impl RosError {
         let what = what.into();
         move |why| {
             let why = why.to_string();
-            // DDS Security answers "not allowed" if a permission is missing. Usually an earlier version has made the enclave.
-            let is_refused = why.to_lowercase().contains("not allowed");
-            let hint = if is_refused { NOT_PERMITTED } else { "" };
-            Self::Create { what, why: why + hint }
+            // DDS Security answers "not allowed" if a permission is missing.
+            match why.to_lowercase().contains("not allowed") {
+                true => Self::NotPermitted { what, why },
+                false => Self::Create { what, why },
+            }
         }
     }
 }
