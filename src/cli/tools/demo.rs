@@ -7,7 +7,7 @@ use super::rehearsal;
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::cli::arm::RobotChoice;
-use crate::cli::error::{Error, failed};
+use crate::cli::error::{Error, Usage, failed};
 use crate::cli::print::{self, print_line};
 use crate::cli::signals::Signals;
 use dq_algebra::UnitDualQuaternion;
@@ -39,6 +39,9 @@ pub(in crate::cli) struct Demo {
     /// Show the arm in a browser until ctrl-C: it moves to the goal once the page is open, and then wherever you send it
     #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
+    /// Address and port of the page; port 0: any free one. Other hosts reach it at 0.0.0.0:8123
+    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["json", "record"])]
+    listen: Option<String>,
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
@@ -64,15 +67,23 @@ impl Demo {
         ));
         if self.view {
             let setting = Setting { environment, ros_args, recording: None };
+            let view = View::at(self.listen.clone());
             return match self.dual {
-                true => in_a_browser(&setting, two_arm_scene(&setting)?, &mut signals).await,
-                false => in_a_browser(&setting, one_arm_scene(&setting, &self.arm)?, &mut signals).await,
+                true => in_a_browser(&setting, two_arm_scene(&setting)?, &view, &mut signals).await,
+                false => {
+                    in_a_browser(&setting, one_arm_scene(&setting, &self.arm)?, &view, &mut signals).await
+                }
             };
         }
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
         // If the output is processed further, the page is not needed.
         let has_page = !self.dual && !self.json && self.record.is_none();
-        let page = if has_page { View::offer(&setting.environment, ros_args).await.ok() } else { None };
+        let page = match &self.listen {
+            Some(_) if self.dual => return Err(Usage("with --dual, --listen needs --view".to_owned()).into()),
+            Some(_) => Some(View::offer(self.listen.clone(), &setting.environment, ros_args).await?),
+            None if has_page => View::offer(None, &setting.environment, ros_args).await.ok(),
+            None => None,
+        };
         let played = match self.dual {
             true => two_arms(&setting, &mut signals).await,
             false => one_arm(&setting, &self.arm, page, &mut signals).await,
@@ -198,9 +209,10 @@ fn papers_chain() -> crate::cli::Result<Chain> {
 async fn in_a_browser(
     setting: &Setting<'_>,
     Scene { nodes, goal, .. }: Scene<'_>,
+    view: &View,
     signals: &mut Signals,
 ) -> crate::cli::Result<()> {
-    let mut page = View::default().open(nodes.kind(), &setting.environment, setting.ros_args).await?;
+    let mut page = view.open(nodes.kind(), &setting.environment, setting.ros_args).await?;
     print_line!("{}", page.link)?;
     let play = async |nodes: &mut NodeSet<'_>| {
         let _ = page.watched.wait_for(|watched| *watched).await;

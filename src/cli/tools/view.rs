@@ -42,14 +42,13 @@ pub(in crate::cli) struct View {
     arm: ArmChoice,
 }
 
-impl Default for View {
-    fn default() -> Self {
-        let (listen, arm) = (LISTEN.to_owned(), ArmChoice::default());
+impl View {
+    /// Returns the page at this address, or at the default one.
+    pub(super) fn at(listen: Option<String>) -> Self {
+        let (listen, arm) = (listen.unwrap_or(LISTEN.to_owned()), ArmChoice::default());
         Self { bags: Vec::new(), dual: false, listen, watch_only: false, arm }
     }
-}
 
-impl View {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> crate::cli::Result<()> {
         if !self.bags.is_empty() {
             return self.play(ros_args).await;
@@ -96,15 +95,20 @@ impl View {
         }))
     }
 
-    /// Opens the page. If the default port is taken, opens it at another port. The page joins the graph once a browser connects,
+    /// Opens the page at `listen`, or else at the default address; if that port is taken, at another port. The page joins the graph once a browser connects,
     /// and uses no resources until then.
-    pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> crate::cli::Result<Page> {
+    pub(super) async fn offer(
+        listen: Option<String>,
+        environment: &Environment,
+        ros_args: &RosArgs,
+    ) -> crate::cli::Result<Page> {
         let (robot, browsers) = dq_view::ends();
         let warn = || Box::new(|why: &str| dq_ros::stderr::line(format!("warning: {why}")));
-        let any_port = Self { listen: ANY_PORT.to_owned(), ..Self::default() };
-        let server = match Self::default().server(browsers.clone(), None, warn()).await {
-            Err(_) => any_port.server(browsers, None, warn()).await?,
-            Ok(server) => server,
+        let any_port = Self::at(Some(ANY_PORT.to_owned()));
+        let is_chosen = listen.is_some();
+        let server = match Self::at(listen).server(browsers.clone(), None, warn()).await {
+            Err(_) if !is_chosen => any_port.server(browsers, None, warn()).await?,
+            opened => opened?,
         };
         let (environment, ros_args, mut watched) = (environment.clone(), ros_args.clone(), server.watched());
         Ok(Page::new(server, |mut closed| async move {
