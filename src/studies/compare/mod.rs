@@ -24,6 +24,7 @@ mod study;
 mod summary;
 mod switch;
 mod tables;
+mod templates;
 mod timing;
 mod unmatched;
 

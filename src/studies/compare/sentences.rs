@@ -3,8 +3,10 @@
 
 use super::numbers::{median, percent, probability, range, signed, time};
 use super::tables::age;
+use super::templates::fill;
 use super::{ALL_ARMS, Cell, Comparison, Findings, Interval, Matched, Quantity, REFERENCE};
 use dq_kinematics::control::Law;
+use std::fmt::Display;
 
 /// The laws under the servo's limits, with fresh joint states and gains for equal settling time.
 struct Laws<'a> {
@@ -29,24 +31,13 @@ pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     let mut sentences = vec![laws.settle()];
     sentences.extend(laws.on_each_arm());
     if !laws.rest.is_empty() {
-        let path = |cell: &Cell| cell.path_ratio;
-        sentences.push(laws.least(
-            Quantity::PathRatio,
-            "takes the shortest path",
-            "times the straight line",
-            path,
-        ));
-        sentences.push(
-            laws.least(Quantity::PeakSpeed, "is the gentlest", "rad/s at the peak", |cell| cell.peak_rad_s),
-        );
+        let path = ("takes the shortest path", "times the straight line");
+        sentences.push(laws.least(Quantity::PathRatio, path, |cell| cell.path_ratio));
+        let speed = ("is the gentlest", "rad/s at the peak");
+        sentences.push(laws.least(Quantity::PeakSpeed, speed, |cell| cell.peak_rad_s));
     }
-    sentences.push(laws.time());
-    sentences.push(laws.age());
+    sentences.extend([laws.time(), laws.age()]);
     sentences
-}
-
-fn names(laws: &[Law]) -> String {
-    laws.iter().map(|law| format!("`{law}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// Formats a difference and its probability.
@@ -76,91 +67,92 @@ impl Laws<'_> {
     }
 
     fn settle(&self) -> String {
-        let Self { findings, best, .. } = self;
+        let Self { findings, best, good, rest } = self;
         let cell = self.cell(*best, true);
-        let of = format!(
-            "of {} random tasks on {} arms under the servo's limits {} settled with `{best}`",
-            cell.map_or(0, |cell| cell.runs),
-            findings.arms.len(),
-            percent(cell.map(|cell| cell.settled_percent)),
+        let settled = fill(
+            "settled",
+            &[
+                ("runs", &cell.map_or(0, |cell| cell.runs)),
+                ("arms", &findings.arms.len()),
+                ("settled", &percent(cell.map(|cell| cell.settled_percent))),
+                ("best", best),
+            ],
         );
-        let among = self.nearest(Quantity::Settled, *best, &self.good);
-        let Some((next, compared)) = self.nearest(Quantity::Settled, *best, &self.rest) else {
+        let Some((next, compared)) = self.nearest(Quantity::Settled, *best, rest) else {
             let of_all = Law::all().filter_map(|law| self.compared(Quantity::Settled, *best, law));
             let surest = of_all.map(|compared| compared.p_holm).fold(1.0, f64::min);
-            return format!(
-                "**Too few tasks to tell the laws apart**: {of}, and no other law settles so many fewer that it could not be chance ({} at \
-                 the least).",
-                probability(surest)
-            );
+            return fill("too_few", &[("settled", &settled), ("p", &probability(surest))]);
         };
-        let among = among.map_or(String::new(), |(law, compared)| {
-            let how =
-                if self.good.len() == 2 { "from which the other" } else { "from which the others of these" };
-            format!(", {how} cannot be told apart (`{law}`: {} points)", told(&compared.reversed()))
+        let among = self.nearest(Quantity::Settled, *best, good).map_or(String::new(), |(law, compared)| {
+            let others = if good.len() == 2 { "other" } else { "others of these" };
+            fill("among", &[("others", &others), ("law", &law), ("told", &told(&compared.reversed()))])
         });
-        format!(
-            "**Take {}{}**: {of}{among}. Of the rest `{next}` comes nearest, with {} points.",
-            if self.good.len() > 1 { "one of " } else { "" },
-            names(&self.good),
-            told(&compared.reversed()),
-        )
+        let one_of = if good.len() > 1 { "one of " } else { "" };
+        let names = good.iter().map(|law| format!("`{law}`")).collect::<Vec<_>>().join(", ");
+        let values: [(&str, &dyn Display); 5] = [
+            ("laws", &(one_of.to_owned() + &names)),
+            ("settled", &settled),
+            ("among", &among),
+            ("next", &next),
+            ("told", &told(&compared.reversed())),
+        ];
+        fill("take", &values)
     }
 
-    /// Returns sentences about the arms on which a law differs from the reference in another direction than on all arms together.
-    fn on_each_arm(&self) -> Vec<String> {
-        let mut reversed = Vec::new();
-        for (arm, law) in self.findings.arms.iter().flat_map(|arm| Law::all().map(move |law| (arm, law))) {
+    /// Returns a sentence about the arms on which a law differs from the reference in another direction than on all arms together.
+    fn on_each_arm(&self) -> Option<String> {
+        let Self { findings, rest, .. } = self;
+        let reversed = |(arm, law): (&String, Law)| {
             let of = |arm: &str| {
                 let (quantity, matched) = (Quantity::Settled, Matched::SettlingTime);
-                self.findings.comparison(quantity, matched, arm, true, law.name(), REFERENCE.0.name())
+                findings.comparison(quantity, matched, arm, true, law.name(), REFERENCE.0.name())
             };
-            let (Some(here), Some(all)) = (of(arm), of(ALL_ARMS)) else { continue };
-            if here.tells() && all.tells() && here.difference.value * all.difference.value < 0.0 {
-                reversed.push(format!("`{law}` on {arm} with {} points", told(&here)));
-            }
-        }
-        match reversed.is_empty() {
-            _ if self.findings.arms.len() < 2 || self.rest.is_empty() => Vec::new(),
-            true => vec![format!(
-                "On no arm does a law differ from `{}` the other way round than on all of them, with p < 0.05.",
-                REFERENCE.0
-            )],
-            false => vec![format!(
-                "**The result depends on the arm.** On one arm, some laws differ from `{}` in the opposite direction than on all arms together: {}.",
-                REFERENCE.0,
-                reversed.join("; ")
-            )],
-        }
+            let (here, all) = (of(arm)?, of(ALL_ARMS)?);
+            let is_reversed =
+                here.tells() && all.tells() && here.difference.value * all.difference.value < 0.0;
+            let values: [(&str, &dyn Display); 3] = [("law", &law), ("arm", arm), ("told", &told(&here))];
+            is_reversed.then(|| fill("arm_reversed", &values))
+        };
+        let each = findings.arms.iter().flat_map(|arm| Law::all().map(move |law| (arm, law)));
+        let reversed: Vec<_> = each.filter_map(reversed).collect();
+        let name = if reversed.is_empty() { "no_arm_reversed" } else { "arms_reversed" };
+        (findings.arms.len() > 1 && !rest.is_empty())
+            .then(|| fill(name, &[("law", &REFERENCE.0), ("reversed", &reversed.join("; "))]))
     }
 
     /// Returns a sentence about the law in `good` with the smallest value, if the difference is significant.
-    fn least(&self, quantity: Quantity, is: &str, unit: &str, of: fn(&Cell) -> Option<Interval>) -> String {
+    fn least(
+        &self,
+        quantity: Quantity,
+        (is, unit): (&str, &str),
+        of: fn(&Cell) -> Option<Interval>,
+    ) -> String {
         let value =
             |law: Law| self.cell(law, true).and_then(of).map_or(f64::INFINITY, |interval| interval.value);
         let least =
             self.good.iter().copied().min_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(self.best);
-        let median = median(self.cell(least, true).and_then(of));
+        let is_told = |law: &Law| {
+            self.compared(quantity, least, *law).is_some_and(|c| c.tells() && c.difference.value < 0.0)
+        };
         let others: Vec<_> = self.good.iter().copied().filter(|law| *law != least).collect();
-        let untold: Vec<_> = others
-            .iter()
-            .filter(|law| {
-                !self.compared(quantity, least, **law).is_some_and(|c| c.tells() && c.difference.value < 0.0)
-            })
-            .copied()
-            .collect();
-        let nearest = if untold.is_empty() { &others } else { &untold };
-        match self.nearest(quantity, least, nearest) {
-            None => format!("`{least}`: a median of {median} {unit}."),
-            Some((next, compared)) if untold.is_empty() => format!(
-                "Among them `{least}` {is}: a median of {median} {unit}, against `{next}`, the nearest, {} task by task.",
-                told(&compared)
-            ),
-            Some((next, compared)) => format!(
-                "Which of them {is} cannot be told: `{least}` has a median of {median} {unit}, against `{next}` {} task by task.",
-                told(&compared)
-            ),
-        }
+        let untold: Vec<_> = others.iter().copied().filter(|law| !is_told(law)).collect();
+        let nearest = self.nearest(quantity, least, if untold.is_empty() { &others } else { &untold });
+        let name = match nearest {
+            None => "least_alone",
+            Some(_) if untold.is_empty() => "least_of_all",
+            Some(_) => "least_untold",
+        };
+        let (next, told) = nearest.map_or((least, String::new()), |(next, compared)| (next, told(&compared)));
+        let median = median(self.cell(least, true).and_then(of));
+        let values: [(&str, &dyn Display); 6] = [
+            ("least", &least),
+            ("is", &is),
+            ("median", &median),
+            ("unit", &unit),
+            ("next", &next),
+            ("told", &told),
+        ];
+        fill(name, &values)
     }
 
     fn time(&self) -> String {
@@ -168,22 +160,15 @@ impl Laws<'_> {
         let of = |limits| {
             time(self.cell(self.best, limits).and_then(|cell| cell.settling_s), self.findings.horizon_s)
         };
-        format!(
-            "With gain {} [1/s] `{}` settles in {} s where no limit slows it, and in {} s under the limits, the medians of all tasks.",
-            range(low, high),
-            self.best,
-            of(false),
-            of(true),
-        )
+        let values: [(&str, &dyn Display); 4] =
+            [("gain", &range(low, high)), ("best", &self.best), ("free", &of(false)), ("limited", &of(true))];
+        fill("time", &values)
     }
 
     fn age(&self) -> String {
         let cell = self.findings.cell(Matched::SettlingTime, self.best, ALL_ARMS, true, "latency_20ms");
-        format!(
-            "With that gain joint states may be {} ms old without limits and {} ms under them; at 20 ms {} settle under the limits.",
-            age(self.findings, self.best, false),
-            age(self.findings, self.best, true),
-            percent(cell.map(|cell| cell.settled_percent)),
-        )
+        let of = |limits| age(self.findings, self.best, limits);
+        let settled = percent(cell.map(|cell| cell.settled_percent));
+        fill("age", &[("free", &of(false)), ("limited", &of(true)), ("settled", &settled)])
     }
 }

@@ -4,27 +4,36 @@ use super::matching::others;
 use super::numbers::{median, number, percent, probability, range, signed, time};
 use super::{ALL_ARMS, Cell, Comparison, Findings, Matched, Outcome, PLANTS, Peer, Quantity, REFERENCE};
 use dq_kinematics::control::Law;
-use std::fmt::Write as _;
+
+/// The columns of a cell.
+const FIGURES: &str =
+    "settled [%] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s]";
+
+/// The columns of a table of differences.
+const DIFFERENCES: &str = "law | settled [points] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s]";
+
+/// Returns a table with these names of columns and these rows.
+fn table(head: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
+    let rows = rows.map(|row| format!("| {} |\n", row.join(" | ")));
+    let line = "---|".repeat(head.split(" | ").count());
+    format!("| {head} |\n|{line}\n{}", rows.collect::<String>())
+}
 
 /// Returns the table of each law's results on all arms together.
 pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> String {
-    let mut table = String::from(
-        "| law | gain [1/s] | settled [%] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] | step [ns] |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
-    );
-    for law in Law::all() {
-        let Some(cell) = findings.cell(matched, law, ALL_ARMS, limits, "ideal") else { continue };
+    let row = |law: Law| {
+        let cell = findings.cell(matched, law, ALL_ARMS, limits, "ideal")?;
         let (low, high) = findings.gain_range(matched, law);
-        let _ = writeln!(
-            table,
-            "| {law} | {}{} | {} | {} |",
-            range(low, high),
-            if findings.is_matched(matched, law) { "" } else { " †" },
-            of_cell(cell, findings),
-            findings.step_ns(law).map_or("-".to_owned(), number),
-        );
-    }
-    table
+        let gain = range(low, high) + mark(findings.is_matched(matched, law));
+        let step = findings.step_ns(law).map_or("-".to_owned(), number);
+        Some(vec![law.to_string(), gain, of_cell(cell, findings), step])
+    };
+    table(&format!("law | gain [1/s] | {FIGURES} | step [ns]"), Law::all().filter_map(row))
+}
+
+/// Returns the mark of a gain that is not matched.
+fn mark(is_matched: bool) -> &'static str {
+    if is_matched { "" } else { " †" }
 }
 
 /// Returns the table columns from `settled` to `peak` for a cell.
@@ -34,21 +43,13 @@ fn of_cell(cell: &Cell, findings: &Findings) -> String {
     [&settled[..], &figures].concat().join(" | ")
 }
 
-/// The head of a table of differences.
-const DIFFERENCES: &str = "| law | settled [points] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] |\n\
-     |---|---|---|---|---|---|---|\n";
-
 /// Returns the table of each law's differences from the reference, on all arms together.
 pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -> String {
-    let mut table = String::from(DIFFERENCES);
-    for law in others() {
-        table += &row_of_differences(findings, matched, limits, law.name());
-    }
-    table
+    table(DIFFERENCES, others().map(|law| row_of_differences(findings, matched, limits, law.name())))
 }
 
 /// Returns the row of a law's or another program's differences from the reference, on all arms together.
-fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: &str) -> String {
+fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: &str) -> Vec<String> {
     const OF: [Quantity; 6] = [
         Quantity::Settled,
         Quantity::SettlingTime,
@@ -58,25 +59,7 @@ fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: 
         Quantity::PeakSpeed,
     ];
     let of = |quantity| findings.comparison(quantity, matched, ALL_ARMS, limits, law, REFERENCE.0.name());
-    format!("| {law} | {} |\n", OF.map(|quantity| difference(of(quantity).as_ref())).join(" | "))
-}
-
-/// Returns the tables of the other programs and of the reference law, on the same tasks: their results and their differences.
-pub(super) fn peers(findings: &Findings, limits: bool) -> String {
-    let peers = || findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
-    let mut table = String::from(
-        "| program | gain [1/s] | settled [%] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] |\n\
-         |---|---|---|---|---|---|---|---|\n",
-    );
-    for Peer { cell, gains: [least, greatest] } in peers() {
-        let gains = range(*least, *greatest);
-        let _ = writeln!(table, "| {} | {gains} | {} |", cell.key.law, of_cell(cell, findings));
-    }
-    let _ = write!(table, "\nEach less `{}`, on the tasks that both settle:\n\n{DIFFERENCES}", REFERENCE.0);
-    for Peer { cell, .. } in peers().filter(|peer| peer.cell.key.law != REFERENCE.0.name()) {
-        table += &row_of_differences(findings, Matched::SettlingTime, limits, &cell.key.law);
-    }
-    table
+    [&[law.to_owned()][..], &OF.map(|quantity| difference(of(quantity).as_ref()))].concat()
 }
 
 fn difference(comparison: Option<&Comparison>) -> String {
@@ -84,97 +67,80 @@ fn difference(comparison: Option<&Comparison>) -> String {
     format!("{}{}", signed(comparison.difference), if comparison.tells() { " ∗" } else { "" })
 }
 
+/// Returns the tables of the other programs and of the reference law, on the same tasks: their results and their differences.
+pub(super) fn peers(findings: &Findings, limits: bool) -> [String; 2] {
+    let peers = || findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
+    let row = |Peer { cell, gains: [least, greatest] }: &Peer| {
+        vec![cell.key.law.clone(), range(*least, *greatest), of_cell(cell, findings)]
+    };
+    let others = peers().filter(|peer| peer.cell.key.law != REFERENCE.0.name());
+    let differences =
+        others.map(|peer| row_of_differences(findings, Matched::SettlingTime, limits, &peer.cell.key.law));
+    [table(&format!("program | gain [1/s] | {FIGURES}"), peers().map(row)), table(DIFFERENCES, differences)]
+}
+
 /// Returns the table of the percentages that settle with each plant.
 pub(super) fn settled(findings: &Findings) -> String {
-    let mut table = String::from("| law |");
-    for limits in ["no limits", "limits"] {
-        PLANTS.iter().for_each(|plant| {
-            let _ = write!(table, " {limits}, {} |", plant.name.replace('_', " "));
-        });
-    }
-    let _ = writeln!(table, "\n|{}", "---|".repeat(1 + 2 * PLANTS.len()));
-    for law in Law::all() {
-        let _ = write!(table, "| {law} |");
-        for limits in [false, true] {
-            for plant in PLANTS {
-                let cell = findings.cell(Matched::SettlingTime, law, ALL_ARMS, limits, plant.name);
-                let _ = write!(table, " {} |", percent(cell.map(|cell| cell.settled_percent)));
-            }
-        }
-        table.push('\n');
-    }
-    table
+    let columns = || [false, true].into_iter().flat_map(|limits| PLANTS.map(|plant| (limits, plant.name)));
+    let name = |(limits, plant): (bool, &str)| {
+        format!(" | {}, {}", if limits { "limits" } else { "no limits" }, plant.replace('_', " "))
+    };
+    let row = |law: Law| {
+        let cell = |(limits, plant)| findings.cell(Matched::SettlingTime, law, ALL_ARMS, limits, plant);
+        let shares = columns().map(|of| percent(cell(of).map(|cell| cell.settled_percent)));
+        std::iter::once(law.to_string()).chain(shares).collect()
+    };
+    table(&format!("law{}", columns().map(name).collect::<String>()), Law::all().map(row))
 }
 
 /// Returns the table of each law's results on one arm.
 pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
-    let mut table = format!(
-        "| law | gain [1/s] | settled, no limits [%] | less {law} | p | settled, limits [%] | less {law} | p | settling, limits [s] | \
-         path / straight, limits | peak, limits [rad/s] |\n|{}\n",
-        "---|".repeat(11),
-        law = REFERENCE.0,
-    );
-    for law in Law::all() {
+    let (matched, reference) = (Matched::SettlingTime, REFERENCE.0.name());
+    let row = |law: Law| {
         let gain = findings
             .gains
             .iter()
-            .find(|gain| (gain.matched, &*gain.law, &*gain.arm) == (Matched::SettlingTime, law.name(), arm));
-        let gain = gain.map_or("-".to_owned(), |gain| {
-            format!("{}{}", number(gain.gain), if gain.is_matched() { "" } else { " †" })
-        });
-        let _ = write!(table, "| {law} | {gain} |");
-        let cell = |limits| findings.cell(Matched::SettlingTime, law, arm, limits, "ideal");
-        for limits in [false, true] {
-            let less = findings.comparison(
-                Quantity::Settled,
-                Matched::SettlingTime,
-                arm,
-                limits,
-                law.name(),
-                REFERENCE.0.name(),
-            );
+            .find(|gain| (gain.matched, &*gain.law, &*gain.arm) == (matched, law.name(), arm));
+        let gain = gain.map_or("-".to_owned(), |gain| number(gain.gain) + mark(gain.is_matched()));
+        let cell = |limits| findings.cell(matched, law, arm, limits, "ideal");
+        let settled = [false, true].map(|limits| {
+            let less = findings.comparison(Quantity::Settled, matched, arm, limits, law.name(), reference);
             let p = less.as_ref().map_or("-".to_owned(), |less| probability(less.p_holm));
-            let settled = percent(cell(limits).map(|cell| cell.settled_percent));
-            let _ = write!(
-                table,
-                " {settled} | {} | {} |",
-                difference(less.as_ref()),
-                p.trim_start_matches("p = ").trim_start_matches("p ")
-            );
-        }
+            let p = p.trim_start_matches("p = ").trim_start_matches("p ").to_owned();
+            [percent(cell(limits).map(|cell| cell.settled_percent)), difference(less.as_ref()), p]
+        });
         let limited = cell(true);
-        let _ = writeln!(
-            table,
-            " {} | {} | {} |",
+        let figures = [
             time(limited.and_then(|cell| cell.settling_s), findings.horizon_s),
             median(limited.and_then(|cell| cell.path_ratio)),
             median(limited.and_then(|cell| cell.peak_rad_s)),
-        );
-    }
-    table
+        ];
+        [&[law.to_string(), gain][..], &settled.concat(), &figures].concat()
+    };
+    let settled = ["no limits", "limits"].map(|of| format!("settled, {of} [%] | less {reference} | p"));
+    let head = format!(
+        "law | gain [1/s] | {} | settling, limits [s] | path / straight, limits | peak, limits [rad/s]",
+        settled.join(" | ")
+    );
+    table(&head, Law::all().map(row))
 }
 
 /// Returns the table of the reasons why tasks failed.
 pub(super) fn failures(findings: &Findings) -> String {
-    let reasons: Vec<_> = Outcome::failures().collect();
-    let names: Vec<_> = reasons.iter().map(|reason| reason.replace('_', " ")).collect();
-    let mut table = format!("| law | {} |\n|---|{}\n", names.join(" | "), "---|".repeat(reasons.len()));
-    for law in Law::all() {
+    let name = |reason: &str| format!(" | {}", reason.replace('_', " "));
+    let row = |law: Law| {
         let cell = findings.cell(Matched::SettlingTime, law, ALL_ARMS, true, "ideal");
-        let count = |reason: &&str| cell.and_then(|cell| cell.failures.get(*reason)).copied().unwrap_or(0);
-        let counts: Vec<_> = reasons.iter().map(|reason| count(reason).to_string()).collect();
-        let _ = writeln!(table, "| {law} | {} |", counts.join(" | "));
-    }
-    table
+        let count = |reason| cell.and_then(|cell| cell.failures.get(reason)).copied().unwrap_or(0);
+        let counts = Outcome::failures().map(|reason| count(reason).to_string());
+        std::iter::once(law.to_string()).chain(counts).collect()
+    };
+    table(&format!("law{}", Outcome::failures().map(name).collect::<String>()), Law::all().map(row))
 }
 
 /// Returns the table of the largest age of joint states at which each law works.
 pub(super) fn ages(findings: &Findings) -> String {
-    let mut table = String::from("| law | no limits [ms] | limits [ms] |\n|---|---|---|\n");
-    for law in Law::all() {
-        let _ = writeln!(table, "| {law} | {} | {} |", age(findings, law, false), age(findings, law, true));
-    }
-    table
+    let row = |law: Law| vec![law.to_string(), age(findings, law, false), age(findings, law, true)];
+    table("law | no limits [ms] | limits [ms]", Law::all().map(row))
 }
 
 /// Returns the largest age of joint states at which the law works \[ms\], with its interval.
