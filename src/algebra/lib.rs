@@ -75,6 +75,7 @@ pub type Matrix8 = nalgebra::SMatrix<f64, 8, 8>;
 
 /// The reason why a dual quaternion cannot be normalized to a pose.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum DqError {
     /// The real part is zero, so that it has no direction.
     #[error("a dual quaternion whose real part is 0 is not a pose: expected a norm above 0")]

@@ -140,17 +140,8 @@ impl Error {
                 RecordingError::Ros(error) => is_ros_usage(error),
                 RecordingError::Thread(_) | RecordingError::Deaf { .. } => false,
             }),
-            Self::Run(error) => usage(match error {
-                RunError::Bag(error) => is_bag_usage(error),
-                RunError::NoRobot(_)
-                | RunError::TooMany { .. }
-                | RunError::NoGoals { .. }
-                | RunError::NotReplayable(_)
-                | RunError::Parameters(_)
-                | RunError::Settings(_)
-                | RunError::KeepOut { .. }
-                | RunError::Scene(_) => true,
-            }),
+            Self::Run(RunError::Bag(error)) => usage(is_bag_usage(error)),
+            Self::Run(_) => 2,
             // A full disk is not an error of the request.
             Self::Compare(error) => usage(!matches!(error, CompareError::File { .. })),
             Self::Paper(error) => usage(matches!(error, PaperError::Experiment { .. })),
@@ -196,10 +187,7 @@ fn is_node_usage(error: &NodeError) -> bool {
     match error {
         NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,
         NodeError::Ros(error) => is_ros_usage(error),
-        NodeError::Description { .. }
-        | NodeError::Wire(_)
-        | NodeError::Thread(_)
-        | NodeError::Realtime(_) => false,
+        _ => false,
     }
 }
 

@@ -11,6 +11,7 @@ use thiserror::Error;
 
 /// The reason why an arm is unknown, or has no servo.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum SetupError {
     /// There is no built-in arm with this name.
     #[error("no built-in arm is called {0:?}: expected one of {names}", names = ARMS.map(|(name, _)| name).join(", "))]

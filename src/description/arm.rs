@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// The reason why a robot description has no arm. Each error names the element. Text from the description is shortened.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum DescriptionError {
     /// The text is longer than any robot needs.
     #[error("{size} bytes of robot description: expected {most} at most")]

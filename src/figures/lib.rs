@@ -29,6 +29,7 @@ use thiserror::Error;
 
 /// The reason why a figure could not be created.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum DrawError {
     /// The figure could not be converted to pixels.
     #[error("a figure could not be drawn: {0}")]

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 /// The rule that a command or a position breaks. Joints are counted from 1, arm after arm.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum Violation {
     /// The command or the list of positions does not have one number per joint.
     #[error("{got} numbers for {expected} joints")]

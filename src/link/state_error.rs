@@ -6,6 +6,7 @@ use thiserror::Error;
 
 /// The reason why a message is not a valid joint state of the arm.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum StateError {
     /// A position is not finite or beyond its bounds.
     #[error(transparent)]

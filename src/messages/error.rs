@@ -4,6 +4,7 @@ use thiserror::Error;
 
 /// An error in a message or a contract. The text is one line.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum WireError {
     /// A topic is not in `msg_config/topics.yaml`, or it has another type or direction there.
     #[error("msg_config/topics.yaml has no topic {topic:?} of type {message} in that direction")]

@@ -49,6 +49,7 @@ use thiserror::Error;
 
 /// The reason why a node could not start.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum NodeError {
     /// Invalid parameters.
     #[error(transparent)]

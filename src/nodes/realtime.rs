@@ -11,6 +11,7 @@ use thread_priority::{
 
 /// The reason why the system refuses real-time scheduling.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum RealtimeError {
     /// The priority was refused.
     #[error(

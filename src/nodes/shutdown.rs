@@ -24,6 +24,7 @@ const STANDING: f64 = 0.01;
 
 /// The reason why a servo node did not end properly.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ShutdownError {
     /// The law or the limits did not bring the command to zero in time.
     #[error("the arm was not at rest after {:.1} s, at {speed:.3} {unit}: zeros were sent", LONGEST_DECELERATION.as_secs_f64())]

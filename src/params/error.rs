@@ -7,6 +7,7 @@ use thiserror::Error;
 
 /// An error about a parameter. Its one-line message names the value and what is expected instead.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ParameterError {
     /// No parameter has this name.
     #[error("unknown parameter {name:?}{}", nearest.map(|near| format!(": did you mean {near:?}?")).unwrap_or_default())]

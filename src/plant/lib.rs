@@ -28,6 +28,7 @@ use thiserror::Error;
 
 /// The reason why the plant rejects a command.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum CommandError {
     /// The number of values differs from the number of joints.
     #[error("a command of {got} numbers, expected {expected}: one a joint")]

@@ -26,6 +26,7 @@ const MOST_JOINTS: usize = 64;
 
 /// The reason why a bag cannot be analyzed.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum RunError {
     /// The bag cannot be read.
     #[error(transparent)]

@@ -39,6 +39,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 
 /// The reason why the page cannot be opened.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ViewError {
     /// The address is invalid, or does not belong to this host.
     #[error("cannot listen on {address}: {why}")]

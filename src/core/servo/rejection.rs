@@ -11,6 +11,7 @@ use thiserror::Error;
 
 /// The reason why the servo rejected a message or settings. The last valid message or settings remain in force.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum Rejection {
     /// A number is not finite or out of bounds.
     #[error(transparent)]

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// Invalid settings or joint names.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum SettingsError {
     /// A list does not have one entry for each joint of all arms.
     #[error("{list} has {got} entries, expected {expected}: one a joint")]

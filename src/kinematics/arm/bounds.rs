@@ -23,6 +23,7 @@ pub const LINK_ANGLE: f64 = TAU;
 
 /// An invalid number.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum NumberError {
     /// The number is infinite or NaN.
     #[error("{field} is {value}: expected a finite number")]

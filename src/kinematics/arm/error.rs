@@ -4,6 +4,7 @@ use thiserror::Error;
 
 /// An error in the description of an arm or in its joint positions.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ArmError {
     /// The chain has no joints.
     #[error("an arm needs at least one joint, got none")]

@@ -25,6 +25,7 @@ const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RegisterError {
     /// Another law has this name.
     #[error("there is a law called {0:?} already")]

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// An argument that ROS 2 would reject.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ArgsError {
     /// The argument is not an option of `--ros-args`.
     #[error(

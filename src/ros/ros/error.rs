@@ -5,6 +5,7 @@ use thiserror::Error;
 
 /// An error of the ROS layer. Each message is one line that names the value and what is expected.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum RosError {
     /// An environment variable has a value that ROS 2 does not know.
     #[error("{variable}={value:?}: expected {expected}")]

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 /// The reason why the pose of a frame is not known. Times are in seconds.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum FrameError {
     /// No transform contains the frame.
     #[error("TF has no frame {0:?}")]

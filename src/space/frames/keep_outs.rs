@@ -36,6 +36,7 @@ pub struct KeepOutKey {
 
 /// The reason why a keep-out is not in force, or not up to date.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum KeepOutRefused {
     /// The solid is not valid as a keep-out.
     #[error(transparent)]

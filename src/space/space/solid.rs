@@ -9,6 +9,7 @@ use thiserror::Error;
 
 /// The reason why a solid is not valid as a [`KeepOut`](super::KeepOut).
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum KeepOutError {
     /// The name is not valid.
     Name(#[from] NameError),

@@ -62,6 +62,7 @@ use thiserror::Error;
 
 /// The reason why a comparison fails.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum CompareError {
     /// The parameters of an arm are invalid.
     #[error(transparent)]

@@ -36,6 +36,7 @@ use thiserror::Error;
 
 /// The reason why the reference work could not be reproduced.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum PaperError {
     /// The file of constants is invalid.
     #[error("{file}: {why}")]
