@@ -1,15 +1,16 @@
-//! `dq_servo goal`: sends the arm to a pose.
+//! `dq_servo goal`: sends the arm to a pose, or its joints to positions.
 
 use super::error::{Error, failed};
 use super::find::{Kind, PATIENCE, there};
+use super::joint_positions::JointPositions;
 use super::not_arrived::NotArrived;
 use super::print;
 use super::signals::Signals;
 use super::tools::recording::Recording;
-use super::watch::Watch;
+use super::watch::{StampedGoal, Watch, of_servo, pose_goal};
 use dq_core::servo;
 use dq_messages::Direction;
-use dq_messages::messages::{PoseStamped, Quaternion, Time, Trigger, TriggerRequest};
+use dq_messages::messages::{Message, PoseStamped, Quaternion, Time, Trigger, TriggerRequest};
 use dq_ros::ros::args::Remap;
 use dq_ros::ros::names::NodeName;
 use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session, Subscription};
@@ -18,15 +19,21 @@ use dq_wire::{Contract, MotionReport, ServoKind};
 use nalgebra::UnitQuaternion;
 use std::time::Duration;
 
-/// Send the arm to a pose and wait until it has arrived
+/// Send the arm to a pose, or its joints to positions, and wait until it has arrived
 #[derive(clap::Args)]
 pub(super) struct Goal {
     /// Position [m], and the orientation as a quaternion unless an option gives it
-    #[arg(num_args = 3..=7, required = true, allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
+    #[arg(num_args = 3..=7, required_unless_present = "joints", allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
     pose: Vec<f64>,
     /// Orientation as roll, pitch and yaw about the fixed axes of the frame [rad]
     #[arg(long, num_args = 3, allow_negative_numbers = true, value_names = ["ROLL", "PITCH", "YAW"])]
     rpy: Option<Vec<f64>>,
+    /// Positions of all joints in their order [rad, m], or of some: joint2=0.5,joint3=1. Two arms: left/joint2=0.5
+    #[arg(
+        long, allow_hyphen_values = true, value_name = "POSITIONS",
+        conflicts_with_all = ["pose", "rpy", "keep_orientation", "frame"],
+    )]
+    joints: Option<JointPositions>,
     /// Keep the tool's present orientation
     #[arg(long, conflicts_with_all = ["rpy", "frame"])]
     keep_orientation: bool,
@@ -50,6 +57,9 @@ pub(super) struct Goal {
     record: Option<std::path::PathBuf>,
 }
 
+/// The topic of joint goals in the contract.
+const JOINT_GOAL: &str = "~/joint_goal";
+
 /// The quaternion without rotation.
 const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
@@ -58,37 +68,60 @@ const WITHDRAWAL: Duration = Duration::from_secs(2);
 
 impl Goal {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> super::Result<()> {
-        let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
+        if let Some(joints) = &self.joints {
+            return self.send(ros_args, JOINT_GOAL, async |_, _, _| Ok(joints.goal(Time::now()))).await;
+        }
         let (position, orientation) = self.place()?;
         // Report an invalid goal even if no servo is running to reject it.
         servo::Goal::new(position, orientation.unwrap_or(UPRIGHT), &self.frame, &self.frame)?;
-        let timeout = Duration::try_from_secs_f64(self.timeout).map_err(|_| {
-            super::Usage(format!("--timeout {:?}: expected seconds, 0 or more", self.timeout))
-        })?;
-        let environment = Environment::from_process(ros_args)?;
-        let session = Session::open(&environment)?;
-        let (names, servo) = self.names(kind, ros_args)?;
-        let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
-        let mut watch = Watch::new(&mut node, kind, &servo, &self.frame)?;
-        let mut signals = Signals::new()?;
-        let recording = self.record.as_deref();
-        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
-        let motion = async {
-            if let Some(recording) = &recording {
-                recording.hears(kind, &servo, &names).await?;
-            }
-            let mut stamp = Time::now();
-            let mut orientation = orientation;
+        let goal = async |node: &mut Node, servo: &str, watch: &Watch| {
+            let (mut stamp, mut orientation) = (Time::now(), orientation);
             if orientation.is_none() || !self.frame.is_empty() {
-                watch.find(timeout).await?;
-                let tool = tool_pose(&mut node, kind, &servo, &watch).await?;
+                watch.find(self.timeout()?).await?;
+                let tool = tool_pose(node, self.kind(), servo, watch).await?;
                 // Use the servo's time, which may be that of a simulator.
                 stamp = tool.header.stamp;
                 let Quaternion { x, y, z, w } = tool.pose.orientation;
                 orientation = orientation.or(Some([x, y, z, w]));
             }
             let ([x, y, z], [qx, qy, qz, qw]) = (position, orientation.unwrap_or(UPRIGHT));
-            watch.go([x, y, z, qx, qy, qz, qw], stamp, timeout).await
+            Ok(pose_goal([x, y, z, qx, qy, qz, qw], stamp, &self.frame))
+        };
+        self.send(ros_args, self.kind().goal_topic(), goal).await
+    }
+
+    fn kind(&self) -> ServoKind {
+        if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm }
+    }
+
+    fn timeout(&self) -> super::Result<Duration> {
+        Ok(Duration::try_from_secs_f64(self.timeout).map_err(|_| {
+            super::Usage(format!("--timeout {:?}: expected seconds, 0 or more", self.timeout))
+        })?)
+    }
+
+    /// Sends the goal that `goal` returns on the topic that the contract calls `topic`, waits for its outcome, and prints it.
+    async fn send<M: Message + Clone>(
+        &self,
+        ros_args: &RosArgs,
+        topic: &str,
+        goal: impl AsyncFnOnce(&mut Node, &str, &Watch<M>) -> super::Result<StampedGoal<M>>,
+    ) -> super::Result<()> {
+        let (kind, timeout) = (self.kind(), self.timeout()?);
+        let environment = Environment::from_process(ros_args)?;
+        let session = Session::open(&environment)?;
+        let (names, servo) = self.names(kind, ros_args)?;
+        let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
+        let mut watch = Watch::new(&mut node, kind, &servo, topic, !self.frame.is_empty())?;
+        let mut signals = Signals::new()?;
+        let recording = self.record.as_deref();
+        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
+        let motion = async {
+            if let Some(recording) = &recording {
+                recording.hears(kind, &servo, &names, &of_servo(topic, &servo)).await?;
+            }
+            let goal = goal(&mut node, &servo, &watch).await?;
+            watch.go(goal, timeout).await
         };
         let mut arrived = tokio::select! {
             arrived = motion => arrived,
@@ -136,7 +169,7 @@ impl Goal {
     }
 
     /// Withdraws the goal if it is still in force. With `--keep-going`, only prints that the arm continues.
-    async fn give_up(&self, node: &mut Node, watch: &Watch, servo: &str) {
+    async fn give_up<M: Message + Clone>(&self, node: &mut Node, watch: &Watch<M>, servo: &str) {
         match watch.has_own_goal().await {
             Some(true) => {}
             Some(false) => return,

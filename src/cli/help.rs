@@ -21,8 +21,8 @@ The domain is ROS_DOMAIN_ID.";
 
 /// The help on the interfaces of `goal`.
 pub(super) const GOAL: &str = "\
-The goal is a geometry_msgs/msg/PoseStamped on goal_pose (--dual: relative_goal); its outcome is read from
-dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-args -r __ns:=/left.
+The goal is a geometry_msgs/msg/PoseStamped on goal_pose (--dual: relative_goal), or with --joints a
+sensor_msgs/msg/JointState on dq_servo/joint_goal; its outcome is read from dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-args -r __ns:=/left.
 Exit code 0: arrived. 1: not arrived, with the reason; dq_servo/stop then withdraws the goal, unless --keep-going.
 Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
 

@@ -8,6 +8,7 @@ mod exit;
 mod find;
 mod goal;
 mod help;
+mod joint_positions;
 mod not_arrived;
 mod own_goal;
 #[cfg(test)]

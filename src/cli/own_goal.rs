@@ -30,14 +30,15 @@ pub(super) struct OwnGoal {
 }
 
 impl OwnGoal {
-    /// Creates the state of a goal with the time stamp `stamp` in `frame` (empty: the base frame).
-    pub fn sent(stamp: &Time, frame: &str) -> Self {
+    /// Creates the state of a goal with the time stamp `stamp`. `in_frame` tells whether the goal is in a frame that the servo looks
+    /// up.
+    pub fn sent(stamp: &Time, in_frame: bool) -> Self {
         let now = Instant::now();
         Self {
             stamp: stamp.to_string(),
             sent: now,
             last_sent: now,
-            in_frame: !frame.is_empty(),
+            in_frame,
             number: None,
             driven: now,
             had: None,
@@ -183,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_goal_arrives_by_its_own_motion_and_by_no_other() {
-        let mut goal = OwnGoal::sent(&stamp(2), "");
+        let mut goal = OwnGoal::sent(&stamp(2), false);
         let mut hear = |number, of, outcome| goal.hear(motion(number, of, outcome)).unwrap();
         assert_eq!(hear(1, 1, Outcome::Arrived), None, "one before it");
         assert_eq!(hear(0, 7, Outcome::Rejected), None, "another's");
@@ -195,7 +196,7 @@ mod tests {
     #[test]
     fn every_other_outcome_is_an_error_with_its_reason() {
         let end = |outcome| {
-            let mut goal = OwnGoal::sent(&stamp(2), "");
+            let mut goal = OwnGoal::sent(&stamp(2), false);
             goal.hear(motion(2, 2, Outcome::Underway)).unwrap();
             goal.hear(motion(2, 2, outcome)).unwrap_err().to_string()
         };
@@ -214,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_stalled_motion_that_may_be_reconfigured_is_awaited_until_the_timeout() {
-        let mut goal = OwnGoal::sent(&stamp(2), "");
+        let mut goal = OwnGoal::sent(&stamp(2), false);
         goal.driven = Instant::now().checked_sub(2 * PATIENCE).unwrap();
         let stalled = motion(2, 2, Outcome::Stalled);
         let found = MotionReport { reconfiguration: "found".to_owned(), ..stalled.clone() };
@@ -231,7 +232,7 @@ mod tests {
 
     #[test]
     fn the_timeout_applies_to_goals_in_progress_and_to_those_not_yet_taken() {
-        let mut goal = OwnGoal::sent(&stamp(2), "");
+        let mut goal = OwnGoal::sent(&stamp(2), false);
         let other = report(1, State::Tracking);
         assert!(goal.watch(&other, TIMEOUT).is_ok());
         let late = goal.watch(&other, Duration::ZERO).unwrap_err().to_string();
@@ -251,16 +252,16 @@ mod tests {
     fn a_goal_that_waits_for_its_frame_is_left_until_its_outcome_is_known_and_another_s_is_not() {
         let nothing = StatusReport { goal: None, goal_stamp: None, ..report(1, State::Holding) };
         let jogged = StatusReport { input: Some(Input::Twist), ..nothing.clone() };
-        let mut goal = OwnGoal::sent(&stamp(2), "table");
+        let mut goal = OwnGoal::sent(&stamp(2), true);
         let left = [&nothing, &jogged, &report(1, State::Tracking)].map(|report| goal.is_left(report));
         assert_eq!(left, [Some(true), None, None]);
         assert!(!goal.send_again(), "another one would wait by itself");
         assert!(goal.watch(&report(2, State::Tracking), TIMEOUT).is_ok());
         assert_eq!(goal.is_left(&report(2, State::Tracking)), Some(true));
         assert_eq!(goal.is_left(&report(3, State::Tracking)), Some(false));
-        let in_base = OwnGoal::sent(&stamp(2), "");
+        let in_base = OwnGoal::sent(&stamp(2), false);
         assert_eq!(in_base.is_left(&nothing), None, "it comes at once or is rejected");
-        let mut rejected = OwnGoal::sent(&stamp(2), "table");
+        let mut rejected = OwnGoal::sent(&stamp(2), true);
         assert!(rejected.hear(motion(0, 2, Outcome::Rejected)).is_err());
         assert_eq!(rejected.is_left(&nothing), Some(false));
     }

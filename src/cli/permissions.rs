@@ -235,7 +235,7 @@ impl Graph {
             services: OF_SERVOS.map(|(service, _)| service).to_vec(),
             // The servo publishes a goal that is dragged in RViz.
             both_ways: vec![kind.goal_topic()],
-            goals: vec![kind.goal_topic(), "~/target_twist"],
+            goals: vec![kind.goal_topic(), "~/joint_goal", "~/target_twist"],
             status: Some("~/status"),
         })
     }

@@ -3,7 +3,7 @@
 use super::not_arrived::NotArrived;
 use super::own_goal::OwnGoal;
 use super::spinner::Spinner;
-use dq_messages::messages::{DiagnosticStatus, Header, PoseStamped, Time};
+use dq_messages::messages::{DiagnosticStatus, Header, Message, PoseStamped, Time};
 use dq_messages::{Direction, PoseNumbers};
 use dq_ros::ros::{Node, Publisher, RosError, Subscription};
 use dq_ros::stderr;
@@ -23,28 +23,45 @@ const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
 /// The longest time to wait for the servo's next report. The servo reports ten times per second.
 const REPORT: Duration = Duration::from_millis(500);
 
-/// The client of a servo.
-pub(super) struct Watch {
-    goals: Publisher<PoseStamped>,
+/// The client of a servo, which sends goals as messages of type `M`.
+pub(super) struct Watch<M: Message = PoseStamped> {
+    goals: Publisher<M>,
     statuses: Subscription<DiagnosticStatus>,
     motions: Subscription<DiagnosticStatus>,
-    frame: String,
+    /// Whether goals are in a frame that the servo looks up.
+    in_frame: bool,
     /// The last goal that was sent.
     own: Option<OwnGoal>,
 }
 
-impl Watch {
-    /// Creates the client on `node` for a servo of this kind called `servo`. Goals are in `frame` (empty: the base frame).
-    pub fn new(node: &mut Node, kind: ServoKind, servo: &str, frame: &str) -> Result<Self, RosError> {
+/// A goal message, and its stamp.
+pub(super) type StampedGoal<M> = (M, Time);
+
+/// Returns the message for the goal pose `goal` with this stamp in `frame` (empty: the base frame).
+pub(super) fn pose_goal(goal: PoseNumbers, stamp: Time, frame: &str) -> StampedGoal<PoseStamped> {
+    let header = Header { stamp: stamp.clone(), frame_id: frame.to_owned() };
+    (PoseStamped { header, pose: goal.into() }, stamp)
+}
+
+impl<M: Message + Clone> Watch<M> {
+    /// Creates the client on `node` for a servo of this kind called `servo`. Goals go to the topic that the contract calls `topic`;
+    /// `in_frame` tells whether they are in a frame that the servo looks up.
+    pub fn new(
+        node: &mut Node,
+        kind: ServoKind,
+        servo: &str,
+        topic: &str,
+        in_frame: bool,
+    ) -> Result<Self, RosError> {
         let contract = kind.contract(Contract::builtin()?);
         let status = contract.topic::<DiagnosticStatus>("~/status", Direction::Out)?;
         let motions = contract.topic::<DiagnosticStatus>("~/motions", Direction::Out)?;
-        let goal = contract.topic::<PoseStamped>(kind.goal_topic(), Direction::In)?;
+        let goal = contract.topic::<M>(topic, Direction::In)?;
         Ok(Self {
             statuses: node.subscription_as(status, &format!("{servo}/status"))?,
             motions: node.subscription_as(motions, &format!("{servo}/motions"))?,
-            goals: node.publisher_as(goal, kind.goal_topic())?,
-            frame: frame.to_owned(),
+            goals: node.publisher_as(goal, &of_servo(topic, servo))?,
+            in_frame,
             own: None,
         })
     }
@@ -66,19 +83,16 @@ impl Watch {
         tokio::time::timeout(patience, first).await.map_err(silent)
     }
 
-    /// Sends `goal` with this time stamp and waits until the arm has arrived, or it is certain that the arm will not arrive.
-    /// Returns the motion.
+    /// Sends `goal` and waits until the arm has arrived, or it is certain that the arm will not arrive. Returns the motion.
     pub async fn go(
         &mut self,
-        goal: PoseNumbers,
-        stamp: Time,
+        (message, stamp): StampedGoal<M>,
         timeout: Duration,
     ) -> super::Result<MotionReport> {
         self.find(timeout).await?;
         self.goals.wait_for_readers(DISCOVERY).await?;
-        let message = self.message(goal, stamp.clone());
-        let Self { goals, statuses, motions, frame, own } = self;
-        let own = own.insert(OwnGoal::sent(&stamp, frame));
+        let Self { goals, statuses, motions, in_frame, own } = self;
+        let own = own.insert(OwnGoal::sent(&stamp, *in_frame));
         goals.publish(message.clone());
         let mut progress = ProgressLines::new();
         loop {
@@ -123,10 +137,11 @@ impl Watch {
     pub(super) async fn next_report(&self) -> StatusReport {
         next_report(&self.statuses).await
     }
+}
 
-    fn message(&self, goal: PoseNumbers, stamp: Time) -> PoseStamped {
-        PoseStamped { header: Header { stamp, frame_id: self.frame.clone() }, pose: goal.into() }
-    }
+/// Returns the name of the topic `name` of the node `servo`.
+pub(super) fn of_servo(name: &str, servo: &str) -> String {
+    name.replacen('~', servo, 1)
 }
 
 async fn next_report(statuses: &Subscription<DiagnosticStatus>) -> StatusReport {

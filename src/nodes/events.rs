@@ -116,6 +116,11 @@ impl EventsRecord {
         }
     }
 
+    /// Returns the joints of each arm.
+    pub fn joints(&self) -> &[JointOrder] {
+        &self.joints
+    }
+
     fn is_heard(&self) -> bool {
         self.readers > 0
     }

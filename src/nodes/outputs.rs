@@ -159,9 +159,10 @@ impl Outputs {
             let asked_by = asker.map(&describe);
             let began = Time::now().before(cycle.now.saturating_sub(motion.began));
             let why = motion.why(|joint| self.joint(joint));
+            let (law, gains) = self.kind.law_of(motion);
             let context = MotionContext {
-                law: self.kind.law(&motion.controller),
-                gains: self.kind.gains(&motion.controller),
+                law,
+                gains,
                 why,
                 goal_frame,
                 asked_by: asked_by.as_deref(),

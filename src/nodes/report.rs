@@ -262,7 +262,8 @@ impl Report {
             let name = rival.map_or_else(String::new, |it| self.names.describe(it));
             let topic = match of {
                 Contended::JointStates(arm) => self.inputs.get(arm).map_or("", |input| input.topic()),
-                Contended::Goals => self.outputs.kind.goal_topic(),
+                // One may send poses, and the other joint goals.
+                Contended::Goals => return name,
                 Contended::Twists => "~/target_twist",
                 Contended::Commands(arm) => self.outputs.commands.topic(arm),
             };

@@ -12,14 +12,14 @@ use super::senders::{Clocks, Senders};
 use super::shutdown::{Shutdown, Step};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    Contended, Event, Goal, GoalMotion, GoalReading, Rejection, Requester, Sent, Servo, Settings,
-    TwistReading, is_own_frame,
+    Contended, Event, Goal, GoalMotion, GoalReading, JointGoalReading, JointOrder, Rejection, Requester,
+    Sent, Servo, Settings, TwistReading, is_own_frame,
 };
 use dq_kinematics::arm::JointKind;
-use dq_messages::messages::{PoseStamped, Time, TwistStamped};
+use dq_messages::messages::{JointState, PoseStamped, Time, TwistStamped};
 use dq_ros::ros::{EndpointId, Origin, RosError, Subscription};
 use dq_space::frames::{Answer, FrameMotion, FramedGoal};
-use dq_wire::{goal_reading, pose_numbers, twist_reading};
+use dq_wire::{goal_reading, joint_goal_reading, pose_numbers, twist_reading};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
@@ -52,6 +52,12 @@ pub(super) struct RejectedGoal<Sender> {
 }
 
 impl RejectedGoals {
+    /// Rejects a goal before the servo gets it.
+    fn refuse(&mut self, servo: &mut Servo, stamp: &Time, by: u32, why: Rejection) {
+        self.add(stamp, by, why.clone());
+        let _ = servo.take(Event::Unusable(why));
+    }
+
     fn add(&mut self, stamp: &Time, by: u32, why: Rejection) {
         self.0.retain(|other| other.by != by);
         if self.0.len() >= REJECTED {
@@ -84,6 +90,16 @@ struct TakenFrame {
     frame: String,
 }
 
+/// The subscription to joint goals.
+struct JointGoals {
+    subscription: Subscription<JointState>,
+    /// The names of the joints, arm after arm.
+    joints: Vec<String>,
+    /// The last message. The next message is decoded into it.
+    goal: JointState,
+    positions: Vec<Option<f64>>,
+}
+
 /// The inputs of a running servo.
 pub(super) struct RosInputs {
     /// The time at which the present cycle began.
@@ -93,6 +109,8 @@ pub(super) struct RosInputs {
     inbox: Receiver<Request>,
     searcher: Searcher,
     goals: Subscription<PoseStamped>,
+    /// `None` if the keystore does not grant access to the topic.
+    joint_goals: Option<JointGoals>,
     frames: Option<Frames>,
     goal_frame: String,
     taken_frame: TakenFrame,
@@ -117,12 +135,14 @@ pub(super) struct RosInputs {
 impl RosInputs {
     /// Subscribes to the topics of the node, and adds `sources`.
     pub fn new(
-        NodeSetup { node, kind, contract }: &mut NodeSetup,
+        setup: &mut NodeSetup,
         sources: Sources,
         commands: Arc<Commands>,
         record: EventsRecord,
         goal_frame: &str,
     ) -> Result<Self, RosError> {
+        let joint_goals = JointGoals::new(setup, record.joints());
+        let NodeSetup { node, kind, contract } = setup;
         let Sources { arms, kinds, inbox, searcher, frames } = sources;
         Ok(Self {
             clocks: Clocks::default(),
@@ -130,6 +150,7 @@ impl RosInputs {
             inbox,
             searcher,
             goals: node.subscription(contract, kind.goal_topic())?,
+            joint_goals,
             frames,
             goal_frame: goal_frame.to_owned(),
             taken_frame: Default::default(),
@@ -209,6 +230,18 @@ impl RosInputs {
     }
 }
 
+impl JointGoals {
+    /// Subscribes to the joint goals of arms with these `joints`. A keystore from before this topic was introduced does not grant
+    /// access to it. Then the servo works without joint goals.
+    fn new(NodeSetup { node, kind, contract }: &mut NodeSetup, joints: &[JointOrder]) -> Option<Self> {
+        let subscription = node.subscription(contract, "~/joint_goal");
+        let subscription =
+            subscription.inspect_err(|why| node.log().warn(&format!("no ~/joint_goal: {why}"))).ok()?;
+        let joints = kind.joint_names(joints);
+        Some(Self { subscription, joints, goal: JointState::default(), positions: Vec::new() })
+    }
+}
+
 /// Converts goal number `number`, which was sent at `came`, for the lookup of the goal's frame.
 fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
     let GoalReading { position, orientation_xyzw, frame_id, stamp, sent, .. } = *goal;
@@ -241,7 +274,7 @@ fn sender(
 
 impl RosInputs {
     /// Gives the servo everything that has arrived since the previous cycle, in this order: requests, results of a search, joint
-    /// states, goals, motions of goals, and twists.
+    /// states, goals, joint goals, motions of goals, and twists.
     pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
         let record = &mut self.record;
@@ -253,6 +286,7 @@ impl RosInputs {
         }
         self.located_goals(servo);
         self.goals(servo);
+        self.joint_goals(servo);
         self.goal_motions(servo);
         self.twists(servo);
     }
@@ -344,9 +378,7 @@ impl RosInputs {
             let sent = match sender(goal_senders, origin, *clocks, *began) {
                 Ok(sent) => sent,
                 Err(why) => {
-                    rejected.add(stamp, goal_senders.number(origin.publisher), why.clone());
-                    let _ = servo.take(Event::Unusable(why));
-                    return;
+                    return rejected.refuse(servo, stamp, goal_senders.number(origin.publisher), why);
                 }
             };
             *goal_count += 1;
@@ -370,6 +402,45 @@ impl RosInputs {
                 Ok(_) => {
                     *taken_frame = TakenFrame::default();
                     // The new goal replaces earlier goals that still wait for their frames.
+                    frames.iter_mut().for_each(|frames| frames.forget(*goal_count));
+                }
+                Err(why) => rejected.add(stamp, sent.by, why),
+            }
+        });
+        for why in malformed {
+            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
+        }
+    }
+
+    /// Gives the servo every joint goal.
+    fn joint_goals(&mut self, servo: &mut Servo) {
+        let Self { clocks, began, joint_goals, goal_senders, shutdown, .. } = self;
+        let Self { frames, taken_frame, goal_count, record, rejected, .. } = self;
+        let Some(JointGoals { subscription, joints, goal, positions }) = joint_goals else { return };
+        let malformed = subscription.each_over(goal, |goal, origin| {
+            if shutdown.is_some() {
+                return;
+            }
+            let stamp = &goal.header.stamp;
+            let sent = match sender(goal_senders, origin, *clocks, *began) {
+                Ok(sent) => sent,
+                Err(why) => {
+                    return rejected.refuse(servo, stamp, goal_senders.number(origin.publisher), why);
+                }
+            };
+            let reading = match joint_goal_reading(goal, joints, positions) {
+                Ok(reading) => JointGoalReading { sent, ..reading },
+                Err(why) => {
+                    // The publisher counts as heard.
+                    let _ = record.take(servo, Event::Waits(sent));
+                    return rejected.refuse(servo, stamp, sent.by, why);
+                }
+            };
+            *goal_count += 1;
+            match record.take(servo, Event::JointGoal(reading)) {
+                Ok(_) => {
+                    *taken_frame = TakenFrame::default();
+                    // The joint goal replaces earlier goals that still wait for their frames.
                     frames.iter_mut().for_each(|frames| frames.forget(*goal_count));
                 }
                 Err(why) => rejected.add(stamp, sent.by, why),

@@ -261,7 +261,7 @@ impl Replica {
 
 fn report(kind: ServoKind, motion: &Motion) -> MotionReport {
     let why = motion.why(|joint| format!("joint {joint}"));
-    let (law, gains) = (kind.law(&motion.controller), kind.gains(&motion.controller));
+    let (law, gains) = kind.law_of(motion);
     MotionReport::new(motion, MotionContext { law, gains, why, ..MotionContext::default() })
 }
 

@@ -6,7 +6,9 @@
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
-use dq_core::servo::{Event, GoalMotion, GoalReading, JointOrder, JointReading, Sent, Servo, TwistReading};
+use dq_core::servo::{
+    Event, GoalMotion, GoalReading, JointGoalReading, JointOrder, JointReading, Sent, Servo, TwistReading,
+};
 use dq_params::Value;
 use dq_search::Found;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -125,6 +127,15 @@ pub enum Recorded<'a> {
     Twist(TwistReading<'a>),
     /// The sender of a goal that waits for its frame: [`Event::Waits`].
     Waits(Sent),
+    /// A joint goal: [`Event::JointGoal`].
+    JointGoal {
+        /// The position of each joint, arm after arm \[rad, prismatic: m\].
+        positions: Cow<'a, [Option<f64>]>,
+        /// The time stamp of the message \[ns\].
+        stamp: i64,
+        /// The sender of the message, and its age on arrival.
+        sent: Sent,
+    },
 }
 
 impl<'a> Recorded<'a> {
@@ -154,6 +165,9 @@ impl<'a> Recorded<'a> {
             Event::SpeedScaling(arm, factor) => Self::SpeedScaling(arm, factor),
             Event::Waits(sent) => Self::Waits(sent),
             Event::Goal(goal) => Self::Goal(goal),
+            Event::JointGoal(JointGoalReading { positions, stamp, sent }) => {
+                Self::JointGoal { positions: Cow::Borrowed(positions), stamp, sent }
+            }
             Event::GoalMotion(motion) => Self::GoalMotion(motion),
             Event::Twist(twist) => Self::Twist(twist),
             Event::Configure(_) | Event::Unusable(_) => return None,
@@ -185,14 +199,14 @@ impl<'a> Recorded<'a> {
             Self::Listeners(arm, listeners) => Event::Listeners(has(arm).then_some(*arm)?, *listeners),
             Self::Rival(arm, rival) => Event::Rival(has(arm).then_some(*arm)?, *rival),
             Self::SpeedScaling(arm, factor) => Event::SpeedScaling(has(arm).then_some(*arm)?, *factor),
-            Self::Waits(sent) => Event::Waits(Sent { ago: bounded(sent.ago), ..*sent }),
+            Self::Waits(sent) => Event::Waits(bounded_sent(*sent)),
+            Self::JointGoal { positions, stamp, sent } => {
+                Event::JointGoal(JointGoalReading { positions, stamp: *stamp, sent: bounded_sent(*sent) })
+            }
             Self::Goal(goal) => Event::Goal(bounded_goal(*goal)),
             Self::GoalMotion(GoalMotion::Lost) => Event::GoalMotion(GoalMotion::Lost),
             Self::GoalMotion(GoalMotion::To(goal)) => Event::GoalMotion(GoalMotion::To(bounded_goal(*goal))),
-            Self::Twist(twist) => {
-                let sent = Sent { ago: bounded(twist.sent.ago), ..twist.sent };
-                Event::Twist(TwistReading { sent, ..*twist })
-            }
+            Self::Twist(twist) => Event::Twist(TwistReading { sent: bounded_sent(twist.sent), ..*twist }),
         })
     }
 
@@ -207,9 +221,12 @@ fn bounded(time: Duration) -> Duration {
     time.min(Duration::from_nanos(u64::MAX))
 }
 
+fn bounded_sent(sent: Sent) -> Sent {
+    Sent { ago: bounded(sent.ago), ..sent }
+}
+
 fn bounded_goal(goal: GoalReading<'_>) -> GoalReading<'_> {
-    let sent = Sent { ago: bounded(goal.sent.ago), ..goal.sent };
-    GoalReading { waited: bounded(goal.waited), sent, ..goal }
+    GoalReading { waited: bounded(goal.waited), sent: bounded_sent(goal.sent), ..goal }
 }
 
 fn put(value: &impl Serialize, record: &mut Vec<u8>) {

@@ -26,7 +26,9 @@ pub use contract::Contract;
 pub use cycle_record::{CycleRecord, Recorded, RecordedParameters, Saved};
 pub use motion_report::{MotionContext, MotionReport, Outcome};
 pub use poses::{point_message, pose_message, pose_numbers, transform_message};
-pub use readings::{error_distance, goal_reading, joint_reading, transform_reading, twist_reading};
+pub use readings::{
+    error_distance, goal_reading, joint_goal_reading, joint_reading, transform_reading, twist_reading,
+};
 pub use servo_kind::{LawNames, ServoKind};
 pub use status::{
     CycleJitter, KeyValues, Reported, ServoReport, StatusReport, distance, microseconds, milliseconds,

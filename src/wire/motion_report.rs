@@ -261,6 +261,7 @@ mod tests {
         Motion {
             number: 3,
             goal,
+            by_joints: false,
             stamp: 7_000_000_001,
             asker: Requester::Goal(2),
             controller: Controller::default(),

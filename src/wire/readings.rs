@@ -1,7 +1,11 @@
 //! Converts messages to the servo's inputs.
 
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{GoalReading, JointReading, Sent, TwistReading, stamp_age};
+use dq_common::text::cut;
+use dq_core::servo::{
+    GoalReading, JointGoalError, JointGoalReading, JointReading, Rejection, Sent, StateError, TwistReading,
+    stamp_age,
+};
 use dq_messages::messages::{JointState, PoseStamped, Transform, TransformStamped, TwistStamped, Vector3};
 use dq_metrics::GoalError;
 use dq_space::frames;
@@ -19,6 +23,37 @@ pub fn goal_reading(goal: &PoseStamped) -> GoalReading<'_> {
         waited: Duration::ZERO,
         sent: Sent::default(),
     }
+}
+
+/// Converts a joint goal for a servo with these `joints`, arm after arm. A message without names has a position for each joint in
+/// their order. The reading uses `positions`.
+///
+/// # Errors
+/// A [`Rejection`] for an unknown name, for a name that is repeated, or for lists of different lengths.
+pub fn joint_goal_reading<'a>(
+    goal: &JointState,
+    joints: &[String],
+    positions: &'a mut Vec<Option<f64>>,
+) -> Result<JointGoalReading<'a>, Rejection> {
+    positions.clear();
+    if goal.name.is_empty() {
+        positions.extend(goal.position.iter().copied().map(Some));
+    } else {
+        let (names, given) = (goal.name.len(), goal.position.len());
+        if names != given {
+            return Err(StateError::WrongLength { names, positions: given }.into());
+        }
+        positions.resize(joints.len(), None);
+    }
+    for (name, position) in goal.name.iter().zip(&goal.position) {
+        let joint = joints.iter().position(|joint| joint == name);
+        let unknown =
+            || JointGoalError::UnknownJoint { name: cut(name).into_owned(), joints: joints.to_vec() };
+        if positions[joint.ok_or_else(unknown)?].replace(*position).is_some() {
+            return Err(JointGoalError::NamedTwice(name.clone()).into());
+        }
+    }
+    Ok(JointGoalReading { positions, stamp: goal.header.stamp.nanoseconds(), sent: Sent::default() })
 }
 
 /// Converts a twist.
@@ -60,5 +95,33 @@ pub fn joint_reading(state: &JointState, source: u32, clock: Option<i64>) -> Joi
         velocities: &state.velocity,
         source,
         stamp_age: clock.and_then(|clock| stamp_age(clock, state.header.stamp.nanoseconds())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the positions of a joint goal with these names for the joints a, b and c, or the name of the reason why there are
+    /// none.
+    fn read(names: &[&str], positions: &[f64]) -> Result<Vec<Option<f64>>, String> {
+        let joints = ["a", "b", "c"].map(str::to_owned);
+        let name = names.iter().map(|name| (*name).to_owned()).collect();
+        let goal = JointState { name, position: positions.to_vec(), ..JointState::default() };
+        let mut read = vec![Some(9.0); 4];
+        let reading = joint_goal_reading(&goal, &joints, &mut read);
+        reading.map(|reading| reading.positions.to_vec()).map_err(|why| why.text())
+    }
+
+    #[test]
+    fn joint_goals_are_read_by_name_or_without_names_in_the_order_of_the_joints() {
+        assert_eq!(read(&["c", "a"], &[3.0, 1.0]), Ok(vec![Some(1.0), None, Some(3.0)]));
+        assert_eq!(read(&[], &[1.0, 2.0, 3.0]), Ok(vec![Some(1.0), Some(2.0), Some(3.0)]));
+        assert_eq!(read(&[], &[]), Ok(vec![]), "the servo rejects it");
+        let unknown = "\"x\" is not a joint of the arm, expected a, b, c";
+        assert_eq!(read(&["a", "x"], &[1.0, 2.0]), Err(unknown.to_owned()));
+        assert_eq!(read(&["a", "a"], &[1.0, 2.0]), Err("joint \"a\" is named twice".to_owned()));
+        let lengths = "2 joint names with 1 positions: expected as many of each";
+        assert_eq!(read(&["a", "b"], &[1.0]), Err(lengths.to_owned()));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::contract::Contract;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
-use dq_core::servo::{Arms, JointOrder};
+use dq_core::servo::{Arms, JointOrder, Motion};
 use dq_kinematics::control::{Aim, Controller};
 use dq_messages::NodeContract;
 use dq_params::{ParameterError, ParameterStore};
@@ -16,6 +16,9 @@ pub enum ServoKind {
     /// A servo for two arms, which controls one tool relative to the other.
     TwoArms,
 }
+
+/// What the report of a motion to a joint goal has in place of a law.
+const JOINT_LINE: &str = "joint_line";
 
 /// The names of the present law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -136,6 +139,15 @@ impl ServoKind {
             Self::OneArm => controller.describe_gains(),
             Self::TwoArms => format!("gain {}", controller.gain()),
         }
+    }
+
+    /// Returns the law and the gains of `motion`, as its report has them. On its way to a joint goal the arm follows no law, but the
+    /// joint line.
+    pub fn law_of(self, motion: &Motion) -> (LawNames, String) {
+        if motion.by_joints {
+            return (LawNames { law: JOINT_LINE, ..LawNames::default() }, String::new());
+        }
+        (self.law(&motion.controller), self.gains(&motion.controller))
     }
 
     /// Returns the joints of all arms in the servo's order, each with the prefix of its arm.

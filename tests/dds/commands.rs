@@ -149,6 +149,8 @@ fn two_arms_take_goals_and_stops_from_the_command_line() {
     let relative = ["goal", "--dual", "0.1", "-0.4", "-0.5", "0", "0", "0", "1", "--timeout", "30"];
     let arrived = host.output(&relative);
     assert!(arrived.starts_with("arrived with damped_inverse relative_position after"), "{arrived}");
+    let joints = host.output(&["goal", "--dual", "--joints", "left/joint2=0.8,right/joint2=0.8"]);
+    assert!(joints.starts_with("arrived with joint_line after"), "{joints}");
     let single = host.run(&FAR);
     assert!(err(&single).contains("there is a servo for two arms: --dual"), "{}", err(&single));
     let stopped = host.output(&["stop", "--all"]);

@@ -7,6 +7,7 @@ mod frames;
 mod graph;
 mod host;
 mod interfaces;
+mod joint_goals;
 mod memory;
 mod networks;
 mod own_law;

@@ -1,6 +1,8 @@
 //! Tests the encoded record of a cycle.
 
-use dq_core::servo::{Event, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
+use dq_core::servo::{
+    Event, GoalMotion, GoalReading, JointGoalReading, JointOrder, JointReading, Sent, TwistReading,
+};
 use dq_params::Value;
 use dq_search::Found;
 use dq_wire::{CycleRecord, Recorded, RecordedParameters};
@@ -44,6 +46,11 @@ fn a_record_reads_back_bit_for_bit_and_a_truncated_one_is_rejected() {
         Event::GoalMotion(GoalMotion::To(goal)),
         Event::GoalMotion(GoalMotion::Lost),
         Event::Twist(twist),
+        Event::JointGoal(JointGoalReading {
+            positions: &[Some(0.1), None],
+            stamp: 5,
+            sent: Sent { by: 3, ..goal.sent },
+        }),
     ];
     let mut bytes = Vec::new();
     CycleRecord::begin(300, Duration::from_nanos(1 << 40), &mut bytes);

@@ -4,7 +4,7 @@ use super::recording::Recording;
 use crate::cli::error::{Error, bail};
 use crate::cli::not_arrived::NotArrived;
 use crate::cli::signals::Signals;
-use crate::cli::watch::{DISCOVERY, Watch};
+use crate::cli::watch::{DISCOVERY, Watch, pose_goal};
 use dq_config::{PlantParameters, ServoParameters};
 use dq_core::servo::State;
 use dq_messages::PoseNumbers;
@@ -63,7 +63,7 @@ impl<'a> NodeSet<'a> {
         let servo = ServoNode::start(&of_servo, servo)?;
         let names = Resolver::new("dq_servo_demo", ros_args)?;
         let mut node = of_demo.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
-        let watch = Watch::new(&mut node, kind, &servo_name, "")?;
+        let watch = Watch::new(&mut node, kind, &servo_name, kind.goal_topic(), false)?;
         sessions.extend([of_servo, of_demo]);
         Ok(Self {
             watch,
@@ -106,11 +106,11 @@ impl<'a> NodeSet<'a> {
         if !self.ready {
             self.servo_ready().await?;
             if let Some(recording) = self.recording {
-                recording.hears(self.kind, &self.servo_name, &self.names).await?;
+                recording.hears(self.kind, &self.servo_name, &self.names, self.kind.goal_topic()).await?;
             }
             self.ready = true;
         }
-        self.watch.go(goal, Time::now(), MOTION_TIMEOUT).await
+        self.watch.go(pose_goal(goal, Time::now(), ""), MOTION_TIMEOUT).await
     }
 
     /// Waits until the servo has its first joint state.

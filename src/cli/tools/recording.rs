@@ -44,13 +44,19 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
-    /// Waits until the recorder receives from the arms and from `servo`. Also waits until the recorder would receive a goal and
-    /// the commands that follow the goal.
-    pub async fn hears(&self, kind: ServoKind, servo: &str, names: &Resolver) -> crate::cli::Result<()> {
+    /// Waits until the recorder receives from the arms and from `servo`. Also waits until the recorder would receive a goal on the
+    /// topic `goal`, and the commands that follow the goal.
+    pub async fn hears(
+        &self,
+        kind: ServoKind,
+        servo: &str,
+        names: &Resolver,
+        goal: &str,
+    ) -> crate::cli::Result<()> {
         let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
         let of_arms: Vec<_> = of_arms.iter().map(String::as_str).collect();
-        let goal = names.topic(kind.goal_topic())?;
+        let goal = names.topic(goal)?;
         let events = names.topic(&format!("{servo}/events"))?;
         let heard = self.recorder.wait_for_messages(&of_arms, DISCOVERY).await;
         ensure!(heard, "not all of {of_arms:?} had messages within {} s", DISCOVERY.as_secs());

@@ -3,6 +3,7 @@
 mod escaping;
 mod goals;
 mod jog;
+mod joint_goals;
 mod joint_line;
 mod motion_record;
 mod output;
@@ -160,6 +161,7 @@ impl Servo {
             self.output.filters.set_tool_offset(&settings.tool_offset);
             self.explanation.restart();
             self.revoke_motion(Revocation::AnotherTool);
+            self.renew_joint_goal();
         }
         if self.settings != settings {
             if self.settings.scene != settings.scene {

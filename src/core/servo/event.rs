@@ -49,6 +49,8 @@ pub enum Event<'a> {
     Waits(Sent),
     /// Calls [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),
+    /// Calls [`Servo::take_joint_goal`].
+    JointGoal(JointGoalReading<'a>),
     /// Calls [`Servo::move_goal`].
     GoalMotion(GoalMotion<'a>),
     /// Calls [`Servo::take_twist`].
@@ -70,6 +72,18 @@ pub struct GoalReading<'a> {
     pub stamp: i64,
     /// How long the goal has waited for its frame since it arrived.
     pub waited: Duration,
+    /// The sender of the message, and its age on arrival.
+    pub sent: Sent,
+}
+
+/// A joint goal as received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointGoalReading<'a> {
+    /// The position of each joint, arm after arm \[rad, prismatic: m\]. A joint that has `None` keeps its joint goal or, without
+    /// one, its position.
+    pub positions: &'a [Option<f64>],
+    /// The time stamp of the message \[ns\]; 0 if there is none.
+    pub stamp: i64,
     /// The sender of the message, and its age on arrival.
     pub sent: Sent,
 }
@@ -137,6 +151,7 @@ impl Servo {
             Event::SpeedScaling(arm, factor) => self.set_speed_scaling(arm, factor),
             Event::Waits(sent) => self.wait_for_frame(sent),
             Event::Goal(goal) => self.take_stamped_goal(&goal, now)?,
+            Event::JointGoal(goal) => self.take_joint_goal(&goal, now)?,
             Event::GoalMotion(motion) => self.move_goal(&motion, now)?,
             Event::Twist(twist) => self.take_twist(&twist, now)?,
             Event::Unusable(why) => self.counted(Err(why))?,

@@ -40,6 +40,7 @@ mod explanation;
 mod filters;
 mod free_directions;
 mod goal;
+mod joint_goal_error;
 mod mode;
 mod motion_record;
 mod oscillation;
@@ -68,10 +69,11 @@ pub use dq_limits::{
     Interface, JOINT_JERKS, JOINT_SPEEDS, Limits, POSITIVE, PositionLimits, RAMP_TIME, STOP_TIME, Violation,
 };
 pub use dq_link::{ArmFigures, Contact, JointOrder, JointReading, StateError, stamp_age};
-pub use event::{Event, GoalMotion, GoalReading, Sent, TwistReading};
+pub use event::{Event, GoalMotion, GoalReading, JointGoalReading, Sent, TwistReading};
 pub use filters::{CLEARANCE, Replaced};
 pub use free_directions::FreeDirections;
 pub use goal::{Goal, is_own_frame};
+pub use joint_goal_error::JointGoalError;
 use motion_record::MotionLog;
 pub use motion_record::{MOTIONS, Motion, Outcome};
 pub use reason::Reason;

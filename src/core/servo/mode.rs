@@ -54,6 +54,8 @@ pub(super) struct Jog {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Pursuit {
     pub goal: Goal,
+    /// Whether the goal is joint positions, which are the end of the joint line. `goal` is then the pose at these positions.
+    pub by_joints: bool,
     /// The stamp of the goal's last message \[ns\].
     pub stamp: i64,
     /// The sender of the request.
@@ -187,6 +189,7 @@ impl Pursuit {
     pub fn new(goal: Goal, stamp: i64, asker: Requester, received: Duration, joint_count: usize) -> Self {
         Self {
             goal,
+            by_joints: false,
             stamp,
             asker,
             received,
@@ -251,8 +254,8 @@ impl Pursuit {
 
     /// Restarts the motion on a request of `asker`.
     pub fn restart_motion(&mut self, asker: Requester, joint_count: usize) {
-        let Self { goal, stamp, received, lost, .. } = *self;
-        *self = Self { lost, ..Self::new(goal, stamp, asker, received, joint_count) };
+        let Self { goal, by_joints, stamp, received, lost, .. } = *self;
+        *self = Self { by_joints, lost, ..Self::new(goal, stamp, asker, received, joint_count) };
     }
 
     /// Ends a stall, and restarts the monitoring. A reconfiguration that is under way continues.
@@ -270,6 +273,11 @@ impl Pursuit {
     /// Returns whether the arm is moving to another configuration.
     pub fn is_reconfiguring(&self) -> bool {
         matches!(self.watch.reconfiguration, Reconfiguration::Underway(_))
+    }
+
+    /// Returns whether the arm moves along the joint line, and not by the law.
+    pub fn follows_joint_line(&self) -> bool {
+        self.by_joints || self.is_reconfiguring()
     }
 
     /// Returns the sign chosen for the goal's quaternion: +1 or −1.

@@ -38,6 +38,8 @@ pub struct Motion {
     pub number: u64,
     /// The goal; for a stream, the last goal.
     pub goal: Goal,
+    /// Whether the goal was joint positions. `goal` is then the pose at these positions.
+    pub by_joints: bool,
     /// The stamp of the goal's message \[ns\].
     pub stamp: i64,
     /// The sender of the request.

@@ -1,6 +1,6 @@
 //! The reasons why the servo rejects a message or settings.
 
-use super::{NoWayRound, Reach, Revocation, SettingsError};
+use super::{JointGoalError, NoWayRound, Reach, Revocation, SettingsError};
 use dq_algebra::NotUnit;
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds::NumberError;
@@ -46,6 +46,9 @@ pub enum Rejection {
         .0.goal, .0.longest
     )]
     BeyondReach(Reach),
+    /// The joint goal is invalid.
+    #[error(transparent)]
+    JointGoal(#[from] JointGoalError),
     /// The goal arrived while a twist is in force.
     #[error("a twist on target_twist is in force: goals are accepted again when it has ended")]
     Jogging,
@@ -77,7 +80,7 @@ pub enum Rejection {
     #[error(transparent)]
     State(#[from] StateError),
     /// The number of positions or velocities differs from the number of joints.
-    #[error("the joint state has {got} numbers, expected {expected}: one per joint, arm after arm")]
+    #[error("{got} numbers, expected {expected}: one per joint, arm after arm")]
     OnePerJoint {
         /// The number of joints of the servo.
         expected: usize,
@@ -104,6 +107,7 @@ impl Rejection {
             Self::NoTransform { why, .. } => why.label(),
             Self::Late(_) => "late",
             Self::BeyondReach(_) => "beyond_reach",
+            Self::JointGoal(why) => why.label(),
             Self::Jogging => "jogging",
             Self::Superseded(_) | Self::Overtaken(_) => "superseded",
             Self::StreamsOn(_) => "streams_on",

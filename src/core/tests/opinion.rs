@@ -100,6 +100,8 @@ struct Wanted {
     came: Duration,
     /// The pose of the goal; `None` if an older goal may still be in force.
     pose: Option<UnitDualQuaternion>,
+    /// Whether the goal is joint positions.
+    by_joints: bool,
 }
 
 /// The joint states of one arm that were delivered.
@@ -255,23 +257,41 @@ impl Opinion {
 
     /// Takes a goal at `pose`, which the arm can reach if `reachable`.
     pub fn goal(&mut self, goal: &GoalReading, pose: UnitDualQuaternion, reachable: bool, now: Duration) {
+        self.take_goal(goal.sent, goal.waited, pose, false, reachable, now);
+    }
+
+    /// Takes a joint goal, at which the tool has the pose `pose`. `is_whole` says whether the goal names all joints.
+    pub fn joint_goal(&mut self, sent: Sent, pose: UnitDualQuaternion, is_whole: bool, now: Duration) {
+        self.take_goal(sent, Duration::ZERO, pose, true, is_whole, now);
+    }
+
+    fn take_goal(
+        &mut self,
+        sent: Sent,
+        waited: Duration,
+        pose: UnitDualQuaternion,
+        by_joints: bool,
+        is_certain: bool,
+        now: Duration,
+    ) {
         let now = now + AFTER_THE_CYCLE;
-        let is_late = self.is_late(goal.sent.ago, self.settings.rearm_timeout);
-        let came = now - goal.waited;
-        let pushed = self.hear((Kind::Goals, goal.sent.by), came - goal.sent.ago, came, true);
-        let is_simple = reachable && self.released + self.silence() <= now && self.stick_rules(now) == No;
+        let is_late = self.is_late(sent.ago, self.settings.rearm_timeout);
+        let came = now - waited;
+        let pushed = self.hear((Kind::Goals, sent.by), came - sent.ago, came, true);
+        let is_simple = is_certain && self.released + self.silence() <= now && self.stick_rules(now) == No;
         let before = self.goal.as_ref().map_or(pushed, |goal| goal.pushed);
         // The goal is at least as new as a request that was valid already.
         let most = before.most.max(pushed.most);
         match self.asks(pushed).min(!is_late) {
             No => {}
             Yes if is_simple => {
-                self.goal = Some(Wanted { pushed: Span { most, ..pushed }, came: now, pose: Some(pose) });
+                let pushed = Span { most, ..pushed };
+                self.goal = Some(Wanted { pushed, came: now, pose: Some(pose), by_joints });
                 self.lost = None;
             }
             _ => {
                 let least = before.least.min(pushed.least);
-                self.goal = Some(Wanted { pushed: Span { least, most }, came: now, pose: None });
+                self.goal = Some(Wanted { pushed: Span { least, most }, came: now, pose: None, by_joints });
                 self.lost = self.lost.map(|(since, _)| (since, Maybe));
             }
         }
@@ -279,13 +299,21 @@ impl Opinion {
 
     /// Moves the goal in force to `pose`, because its frame has moved.
     pub fn goal_moves(&mut self, pose: UnitDualQuaternion, now: Duration) {
+        if self.is_of_joints() {
+            return;
+        }
         self.lost = None;
         self.goal.iter_mut().for_each(|goal| (goal.pose, goal.came) = (goal.pose.map(|_| pose), now));
     }
 
+    /// Returns whether the goal in force is certainly joint positions, which no frame moves.
+    fn is_of_joints(&self) -> bool {
+        self.goal.as_ref().is_some_and(|goal| goal.by_joints && goal.pose.is_some())
+    }
+
     /// Notes that TF has lost the frame of the goal in force.
     pub fn frame_is_lost(&mut self, now: Duration) {
-        if let Some(goal) = &self.goal {
+        if let Some(goal) = self.goal.as_ref().filter(|_| !self.is_of_joints()) {
             let is_sure = Truth::between(true, goal.pose.is_some());
             self.lost = Some(self.lost.unwrap_or((now, is_sure)));
         }
@@ -363,9 +391,13 @@ impl Opinion {
 
     /// Applies other settings.
     pub fn configure(&mut self, settings: &Settings, now: Duration) {
-        let before = &self.settings;
+        let before = self.settings.clone();
         if before.controller.aim != settings.controller.aim || before.tool_offset != settings.tool_offset {
             self.revoke(Span { least: self.cycled, most: now + AFTER_THE_CYCLE });
+        }
+        if before.tool_offset != settings.tool_offset {
+            // At the same joint positions, the tool now has another pose.
+            self.goal.iter_mut().filter(|goal| goal.by_joints).for_each(|goal| goal.pose = None);
         }
         let speeds = self.fastest.iter_mut().zip(&settings.limits.joint_velocity);
         speeds.for_each(|(most, speed)| *most = most.max(*speed));

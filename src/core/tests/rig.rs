@@ -9,8 +9,8 @@ use dq_algebra::UnitDualQuaternion;
 use dq_check::Gaps;
 use dq_config::ServoParameters;
 use dq_core::servo::{
-    Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
-    Reason, Rejection, Revocation, Sent, Servo, Settings, State, TwistReading,
+    Arms, Event, GoalMotion, GoalReading, Interface, JointGoalReading, JointOrder, JointReading, Limits,
+    PositionLimits, Reason, Rejection, Revocation, Sent, Servo, Settings, State, TwistReading,
 };
 use dq_kinematics::arm::Chain;
 use dq_kinematics::control::{Aim, Law};
@@ -323,6 +323,35 @@ impl Rig {
             }
         }
         self.servo.take_stamped_goal(goal, self.now)
+    }
+
+    /// Sends a joint goal, which the servo may reject.
+    pub fn take_joint_goal(&mut self, positions: &[Option<f64>], sent: Sent) -> Result<(), Rejection> {
+        let is_named = positions.iter().any(Option::is_some);
+        let mut place = self.positions();
+        let joints = place.iter_mut().zip(positions);
+        joints.for_each(|(place, position)| *place = position.unwrap_or(*place));
+        let limits = self.servo.settings().limits.position.clone();
+        let mut named = positions.iter().zip(limits.ranges());
+        let is_valid = named.all(|(position, (lower, upper))| {
+            position.is_none_or(|position| position.abs() <= 1e5 && (lower..=upper).contains(&position))
+        });
+        if is_named && is_valid && positions.len() == place.len() {
+            let mut arms = self.truth.clone();
+            arms.evaluate(&place);
+            let is_whole = positions.iter().all(Option::is_some);
+            self.opinion.joint_goal(sent, arms.pose(), is_whole, self.now);
+        } else {
+            self.opinion.unusable_goal(sent, self.now);
+        }
+        self.servo.take_joint_goal(&JointGoalReading { positions, stamp: 0, sent }, self.now)
+    }
+
+    /// Sends a joint goal of a new publisher.
+    pub fn joint_goal(&mut self, positions: &[f64]) {
+        let positions: Vec<_> = positions.iter().copied().map(Some).collect();
+        let sent = Sent { by: self.next_publisher(), ago: Duration::ZERO };
+        self.take_joint_goal(&positions, sent).unwrap();
     }
 
     /// Returns the pose that the goal `goal` denotes; `None` if the goal is invalid.

@@ -85,7 +85,7 @@ impl Servo {
 
     /// Returns [`Stall::Sagging`] if a pull at the joints cancels the law's velocity. In that case, the joint with the largest pull
     /// loses most of its command to the pull.
-    fn sag(&self) -> Option<Stall> {
+    pub(super) fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
         // A standing arm loses all of its command.
         let speed = self.output.command[joint];

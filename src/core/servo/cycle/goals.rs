@@ -45,7 +45,7 @@ impl Servo {
         let request = self.hear_goal(sent, now.saturating_sub(waited), goal.is_ok());
         let goal = self.counted(goal.and_then(|goal| self.acceptable(goal, sent.ago, &request, now)))?;
         let before = self.mode.pursuit().map(|pursuit| pursuit.goal);
-        self.pursue(goal, stamp, request.by, now);
+        self.pursue(goal, false, stamp, request.by, now);
         self.tell_oscillation(before);
         if self.requests.take(request) {
             self.robot.link.try_again();
@@ -60,12 +60,20 @@ impl Servo {
     }
 
     /// Notes that a goal arrived at `came`. Returns the request that it belongs to.
-    fn hear_goal(&mut self, sent: Sent, came: Duration, is_usable: bool) -> MotionRequest {
+    pub(super) fn hear_goal(&mut self, sent: Sent, came: Duration, is_usable: bool) -> MotionRequest {
         self.requests.hear(Requester::Goal(sent.by), sent.ago, came, self.silence(), is_usable)
     }
 
-    /// Continues a stream with its next goal, or begins a motion to a new goal.
-    fn pursue(&mut self, goal: Goal, stamp: i64, asker: Requester, now: Duration) {
+    /// Continues a stream with its next goal, or begins a motion to a new goal. `by_joints` tells whether the goal is joint
+    /// positions. Returns whether the goal continues a stream.
+    pub(super) fn pursue(
+        &mut self,
+        goal: Goal,
+        by_joints: bool,
+        stamp: i64,
+        asker: Requester,
+        now: Duration,
+    ) -> bool {
         let (tolerance, timeout) = (self.settings.goal_tolerance, self.settings.progress_timeout);
         // A new motion does not inherit the state of a revoked one.
         let is_revoked = self.requests.consent().revocation().is_some();
@@ -75,20 +83,23 @@ impl Servo {
             if timeout.is_some_and(|timeout| silence > timeout) {
                 pursuit.try_again();
             }
-            if pursuit.streams(asker, now) {
-                return pursuit.stream_to(goal, stamp, now, &tolerance);
+            if pursuit.by_joints == by_joints && pursuit.streams(asker, now) {
+                pursuit.stream_to(goal, stamp, now, &tolerance);
+                return true;
             }
         }
         let mut next = Pursuit::new(goal, stamp, asker, now, self.output.command.len());
-        if let Some(pursuit) = before {
+        next.by_joints = by_joints;
+        if let Some(pursuit) = before.filter(|before| !before.by_joints && !by_joints) {
             next.take_over(pursuit, &tolerance);
         }
         self.enter(Mode::Goal(Box::new(next)), Outcome::Replaced);
         self.motions.count += 1;
+        false
     }
 
     /// Returns the goal if the arm may move to it. The goal was sent `ago` earlier as part of `request`.
-    fn acceptable(
+    pub(super) fn acceptable(
         &self,
         goal: Goal,
         ago: Duration,
@@ -119,13 +130,15 @@ impl Servo {
     }
 
     /// Moves the current goal with its frame, or notes that the frame is lost. Then the arm holds until the frame is found again.
-    /// Without a goal this does nothing.
+    /// Without a goal, or with a goal of joint positions, this does nothing.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The goal does not move then.
     pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
         self.watch_frame(now);
-        let Some(pursuit) = self.mode.pursuit_mut() else { return Ok(()) };
+        let Some(pursuit) = self.mode.pursuit_mut().filter(|pursuit| !pursuit.by_joints) else {
+            return Ok(());
+        };
         let GoalMotion::To(reading) = motion else {
             pursuit.lost.get_or_insert(now);
             return Ok(());

@@ -1,9 +1,10 @@
-//! The straight line in joint space to another configuration, and the speed along it.
+//! The straight line in joint space to another configuration or to a joint goal, and the speed along it.
 
 use crate::servo::{Arms, Limits};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
 use dq_limits::Braking;
+use dq_metrics::Tolerance;
 
 /// Number of points along the braking distance at which the line's speed limit is computed.
 const PLACES: u32 = 32;
@@ -11,10 +12,12 @@ const PLACES: u32 = 32;
 /// The fraction of the acceleration limit that the arm uses to brake for the tool's speed limits.
 const SHARE: f64 = 0.5;
 
-/// The straight line in joint space to the configuration that a search has found.
+/// The straight line in joint space to the configuration that a search has found, or to a joint goal.
 pub(super) struct JointLine {
     /// The end of the line \[rad, prismatic: m\], one number per joint.
     pub positions: Vec<f64>,
+    /// A joint goal that is not accepted yet \[rad, prismatic: m\].
+    pub offered: Vec<f64>,
     pub kinds: Vec<JointKind>,
     /// The arms at a point of the line.
     trial: Arms,
@@ -29,12 +32,40 @@ impl JointLine {
     pub fn new(trial: Arms) -> Self {
         let kinds = trial.joint_kinds();
         let zeros = vec![0.0; kinds.len()];
-        Self { positions: zeros.clone(), kinds, trial, place: zeros.clone(), rest: zeros }
+        let offered = zeros.clone();
+        Self { positions: zeros.clone(), offered, kinds, trial, place: zeros.clone(), rest: zeros }
     }
 
     /// Sets the tool offset.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.trial.set_tool_offset(tool_offset);
+    }
+
+    /// Returns the controlled pose at the offered joint goal.
+    pub fn offered_pose(&mut self) -> UnitDualQuaternion {
+        self.trial.evaluate(&self.offered);
+        self.trial.pose()
+    }
+
+    /// Accepts the offered joint goal: it becomes the end of the line.
+    pub fn accept(&mut self) {
+        self.positions.copy_from_slice(&self.offered);
+    }
+
+    /// Returns the controlled pose at the end of the line.
+    pub fn end_pose(&mut self) -> UnitDualQuaternion {
+        self.trial.evaluate(&self.positions);
+        self.trial.pose()
+    }
+
+    /// Returns whether each joint at `from` is within `tolerance` of the end of the line: a revolute joint within its angle, a
+    /// prismatic joint within its length.
+    pub fn is_near(&self, from: &[f64], limits: &Limits, tolerance: &Tolerance) -> bool {
+        let mut joints = self.displacements(from, limits).zip(&self.kinds);
+        joints.all(|(displacement, kind)| match kind {
+            JointKind::Revolute => displacement.abs() <= tolerance.angular,
+            JointKind::Prismatic => displacement.abs() <= tolerance.linear,
+        })
     }
 
     /// Returns the remaining displacement of each joint from `from` \[rad, prismatic: m\]. A joint without position limits turns in

@@ -58,6 +58,7 @@ impl Servo {
         let motion = Motion {
             number: self.motions.count,
             goal: pursuit.goal,
+            by_joints: pursuit.by_joints,
             stamp: pursuit.stamp,
             asker: pursuit.asker,
             controller: self.settings.controller,

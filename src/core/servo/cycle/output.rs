@@ -7,6 +7,9 @@ use dq_limits::LatchedLimits;
 use serde::Serialize;
 use std::time::Duration;
 
+/// A desired velocity counts as zero if no joint is faster than this rounding error [rad/s, prismatic: m/s].
+const NOTHING: f64 = 1e-9;
+
 /// The output to the robot.
 pub(super) struct Output {
     /// The desired velocity, which the filters turn into the next motion [rad/s, prismatic: m/s].
@@ -78,6 +81,13 @@ impl Output {
             interface: settings.interface,
             begun: false,
             blind: false,
+        }
+    }
+
+    /// Sets the desired velocity to zero if it only consists of rounding errors.
+    pub fn drop_rounding_errors(&mut self) {
+        if self.velocity.iter().all(|speed| speed.abs() <= NOTHING) {
+            self.velocity.fill(0.0);
         }
     }
 

@@ -118,13 +118,14 @@ impl Servo {
         }
     }
 
-    /// Computes the velocity along the straight line in joint space to the other configuration.
+    /// Computes the velocity along the straight line in joint space to the other configuration or to the joint goal.
     pub(super) fn follow_joint_line(&mut self) {
         let limits = &self.settings.limits;
         let [_, jerks, steps] = self.output.latched_limits.each();
         let braking = self.robot.link.braking([&limits.joint_acceleration, jerks, steps], self.clock.period);
         let from = self.robot.link.predicted();
         self.joint_line.velocity(from, limits, &braking, &mut self.output.velocity);
+        self.output.drop_rounding_errors();
     }
 
     /// Returns the limit or singularity that slows the law down. `None` unless `reconfigure` is `Always` and the motion has not
@@ -135,6 +136,7 @@ impl Servo {
         let is_new = pursuit.watch.reconfiguration == Reconfiguration::Unknown;
         if *reconfigure != Reconfigure::Always
             || !is_new
+            || pursuit.by_joints
             || pursuit.beyond_reach.is_some_and(|(_, is_beyond)| is_beyond)
         {
             return None;

@@ -55,12 +55,12 @@ impl Servo {
         &self.output.command
     }
 
-    /// Computes the desired velocity for the time at which the command takes effect: from the twist, from the law, or from the line
-    /// to another configuration.
+    /// Computes the desired velocity for the time at which the command takes effect: from the twist, from the law, or from the
+    /// joint line.
     fn set_desired_velocity(&mut self, now: Duration, tracked: Option<&Tracked>) {
         match (&self.mode, tracked) {
-            (Mode::Goal(_), Some(tracked)) if !self.is_reconfiguring() => return self.obey_law(now, tracked),
-            (Mode::Goal(_), Some(_)) => self.follow_joint_line(),
+            (Mode::Goal(pursuit), Some(_)) if pursuit.follows_joint_line() => self.follow_joint_line(),
+            (Mode::Goal(_), Some(tracked)) => return self.obey_law(now, tracked),
             (Mode::Jog(jog), _) => {
                 let twist = jog.twist;
                 self.obey(&twist);
@@ -72,7 +72,7 @@ impl Servo {
 
     /// Filters the desired velocity into the next command if the arm is `driven`. Otherwise brakes the arm to rest.
     fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
-        let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
+        let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.follows_joint_line());
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
         let largest = self.stable_rate();
         let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| LawGoal {
@@ -136,7 +136,7 @@ impl Servo {
         let pursuit = self.mode.pursuit();
         let watch = pursuit.map(|pursuit| &pursuit.watch);
         let stall = watch.and_then(|watch| watch.stall);
-        let by_law = pursuit.filter(|pursuit| !pursuit.is_reconfiguring());
+        let by_law = pursuit.filter(|pursuit| !pursuit.follows_joint_line());
         let before = &self.status;
         self.status = Status {
             state,

@@ -2,9 +2,10 @@
 
 use super::Servo;
 use crate::servo::escape_phase::Phase;
+use crate::servo::mode::Pursuit;
 use crate::servo::progress::{Progress, SHARE};
 use crate::servo::stream::MovingGoal;
-use crate::servo::{Reach, Settings, Stall, State};
+use crate::servo::{Reach, Reconfigure, Settings, Stall, State};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{Aim, SignMemory};
 use dq_link::Contact;
@@ -30,9 +31,6 @@ const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 /// passing a saddle.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
-
-/// A desired velocity counts as zero if no joint is faster than this rounding error [rad/s, prismatic: m/s].
-const NOTHING: f64 = 1e-9;
 
 /// The current goal and the arm's error in one cycle.
 pub(super) struct Tracked {
@@ -69,27 +67,29 @@ impl Servo {
     /// Stalls the motion, from the next cycle on, if the arm was driven too long without progress. `elapsed` is the time since the
     /// last cycle.
     pub(super) fn watch_progress(&mut self, now: Duration, elapsed: Duration, tracked: &Tracked) {
-        let reconfigures = self.is_reconfiguring();
-        let left = if reconfigures { self.time_left_on_joint_line() } else { 0.0 };
+        let on_line = self.mode.pursuit().is_some_and(Pursuit::follows_joint_line);
+        let left = if on_line { self.time_left_on_joint_line() } else { 0.0 };
         let Settings { goal_tolerance: tolerance, progress_timeout, reconfigure, .. } = self.settings;
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
+        // No other configuration is a joint goal.
+        let reconfigure = if pursuit.by_joints { Reconfigure::Never } else { reconfigure };
         let watch = &mut pursuit.watch;
         // An escape from a singularity ends by its own rules.
         if watch.escape.is_escaping() {
             return;
         }
-        // On the way to another configuration, the distance to the goal may grow for a while.
+        // On the joint line, the distance to the goal may grow for a while.
         let (error, law_error) =
-            if reconfigures { (GoalError::default(), left) } else { (tracked.error, watch.law_error) };
+            if on_line { (GoalError::default(), left) } else { (tracked.error, watch.law_error) };
         let without = watch.progress.update(elapsed, error, law_error, &tolerance);
         let creeps = watch.pace.update(elapsed, GoalError::default(), law_error, &tolerance);
         let oscillates = watch.oscillation.update(now, &self.output.motion, law_error);
         let stands = self.output.motion.iter().all(|speed| speed.abs() < STANDS);
-        let is_closed = stands && !reconfigures && watch.escape.phase == Phase::Closed;
+        let is_closed = stands && !on_line && watch.escape.phase == Phase::Closed;
         let timeout = progress_timeout.map(|timeout| if is_closed { timeout.min(CLOSED) } else { timeout });
         let stall = match timeout {
             _ if oscillates => Some(self.stall_of_swings(&tracked.goal.translation())),
-            Some(timeout) if without > timeout => match reconfigures {
+            Some(timeout) if without > timeout => match on_line {
                 true => Some(self.stall_on_the_way()),
                 false => self.stall(&tracked.goal),
             },
@@ -107,12 +107,12 @@ impl Servo {
         self.beyond_reach(goal).map_or(Stall::Oscillating, Stall::BeyondReach)
     }
 
-    /// Returns the reason why the arm stalls on its way to another configuration.
+    /// Returns the reason why the arm stalls on the joint line.
     fn stall_on_the_way(&self) -> Stall {
         match (self.output.hindrance.pair, self.output.hindrance.at_limit) {
             (Some(pair), _) => Stall::Constrained(pair),
             (None, Some(joint)) => Stall::AtLimit { joint },
-            (None, None) => Stall::NoProgress,
+            (None, None) => self.sag().unwrap_or(Stall::NoProgress),
         }
     }
 
@@ -143,9 +143,7 @@ impl Servo {
         let (arm, wanted) = (self.robot.predicted.state(), &mut self.output.velocity);
         let (controller, last) = (&self.settings.controller, (&*self.output.motion, self.clock.period));
         self.law_memory.joint_velocity(controller, arm, &tracked.goal, last, wanted);
-        if wanted.iter().all(|speed| speed.abs() <= NOTHING) {
-            wanted.fill(0.0);
-        }
+        self.output.drop_rounding_errors();
         self.watch_escape(now, &tracked.goal, tracked.error.is_within(&self.settings.goal_tolerance));
         let gain_factor = self.stable_part(&tracked.goal);
         if let Some(pursuit) = self.mode.pursuit_mut() {
@@ -175,7 +173,8 @@ impl Servo {
         there.translation().norm() <= tolerance.linear && there.rotation().angle() <= tolerance.angular
     }
 
-    /// Adds this cycle to the motion's figures. Returns whether the errors are within the tolerances.
+    /// Adds this cycle to the motion's figures. Returns whether the errors are within the tolerances, and whether the joints are
+    /// there if the goal is joint positions.
     pub(super) fn measure(&mut self, now: Duration, tracked: Option<&Tracked>) -> bool {
         let (pose, tolerance) = (self.robot.arms.pose(), self.settings.goal_tolerance);
         let lingers =
@@ -205,9 +204,10 @@ impl Servo {
         }
         // A settled arm stays settled within its tolerances at any speed, for example after a switch to a faster law.
         let (slack, lingers) = if record.settled { (UNSETTLE, true) } else { (1.0, lingers) };
-        let Tolerance { linear, angular } = tolerance;
-        let within =
-            lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
+        let allowed = Tolerance { linear: slack * tolerance.linear, angular: slack * tolerance.angular };
+        let (measured, limits) = (self.robot.link.measured(), &self.settings.limits);
+        let joints_arrived = !pursuit.by_joints || self.joint_line.is_near(measured, limits, &allowed);
+        let within = lingers && error.is_within(&allowed) && joints_arrived;
         if within {
             meter.arrived();
             // A later motion away from the goal is not caused by the earlier lack of progress.

@@ -15,6 +15,9 @@ pub enum Event {
     /// that sends only this goal.
     Goal(Option<u32>, [f64; 3], [f64; 4]),
     BadGoal(usize),
+    /// A goal of joint positions: the publisher as of other goals, the fractions of a radian by which the joints are to move, and
+    /// the age on arrival \[ms\].
+    Joints(Option<u32>, [f64; 4], u64),
     Stream(Stream),
     FrameLost,
     FeedForward(bool),
@@ -161,6 +164,8 @@ pub fn gentle_event() -> impl Strategy<Value = Event> {
     prop_oneof![
         (prop::option::of(0..2u32), prop::array::uniform3(-1.0..1.0f64), prop::array::uniform4(-1.0..1.0f64))
             .prop_map(|(by, p, q)| Event::Goal(by, p, q)),
+        (prop::option::of(0..2u32), prop::array::uniform4(-1.0..1.0f64))
+            .prop_map(|(by, turns)| Event::Joints(by, turns, 0)),
         (1..20u32).prop_map(Event::Changes),
         (0..4usize).prop_map(Event::BadGoal),
         stream().prop_map(Event::Stream),
@@ -205,6 +210,8 @@ fn attack() -> impl Strategy<Value = Event> {
     prop_oneof![
         5 => (by(), prop::array::uniform4(-0.4..0.4f64), ago(), prop_oneof![3 => Just(0), 1 => 0..1500u64])
             .prop_map(|(by, turns, ago, waited)| Event::Near(by, turns, ago, waited)),
+        2 => (by(), prop::array::uniform4(-0.4..0.4f64), ago())
+            .prop_map(|(by, turns, ago)| Event::Joints(by, turns, ago)),
         2 => stream().prop_map(Event::Stream),
         2 => (0..2u32, prop::bool::weighted(0.2), 1..60usize, 1..40usize, prop_oneof![4 => Just(0), 1 => 0..300u64])
             .prop_map(|(by, zero, count, each, ago)| Event::Twists(by, zero, count, each, ago)),
@@ -342,12 +349,15 @@ pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Dur
     let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..reading(&pose, 0) });
 }
 
-/// Returns the tool's pose after the joints move by `turns` \[rad\]. The fifth joint moves by the first number again, and so on.
+/// Returns the joint positions after the joints move by `turns` \[rad\]. The fifth joint moves by the first number again, and so on.
+fn place_near(rig: &Rig, turns: [f64; 4]) -> Vec<f64> {
+    rig.positions().iter().zip(turns.iter().cycle()).map(|(is, turn)| is + turn).collect()
+}
+
+/// Returns the tool's pose at [`place_near`].
 fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
-    let places: Vec<_> =
-        rig.positions().iter().zip(turns.iter().cycle()).map(|(is, turn)| is + turn).collect();
     let mut arms = rig.arms().clone();
-    arms.evaluate(&places);
+    arms.evaluate(&place_near(rig, turns));
     arms.pose()
 }
 
@@ -398,6 +408,11 @@ pub fn apply(rig: &mut Rig, event: Event) {
                 (0.1, [0.0, 0.0, 0.0, 1.0], "map"),
             ][i];
             rig.take_point([number; 3], quaternion, frame).unwrap_err();
+        }
+        Event::Joints(by, turns, ago) => {
+            let place: Vec<_> = place_near(rig, turns).into_iter().map(Some).collect();
+            let sent = Sent { by: by.unwrap_or_else(|| rig.next_publisher()), ago: ms(ago) };
+            let _: Result<(), Rejection> = rig.take_joint_goal(&place, sent);
         }
         Event::Stream(stream) => stream.run(rig),
         Event::FrameLost => rig.move_goal(&GoalMotion::Lost).unwrap(),

@@ -14,6 +14,7 @@ mod inputs;
 mod interfaces;
 mod jerk;
 mod jog;
+mod joint_goals;
 mod keep_in;
 mod keep_out;
 mod keep_out_sequences;
