@@ -34,6 +34,7 @@ mod senders;
 mod servo;
 mod shutdown;
 mod snapshot;
+mod two_arms;
 
 pub use guard::GuardNode;
 pub use parameters::{NodeArguments, Prepared};
