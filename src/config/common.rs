@@ -100,17 +100,24 @@ impl JointParameters {
     /// # Errors
     /// [`ParameterError::Invalid`] if there are none, or if a name is empty or occurs twice.
     pub fn names(self) -> Result<Vec<String>, ParameterError> {
-        let names = &self.joints;
-        if names.is_empty() {
-            return Err(ParameterError::invalid("joints", "empty", "at least one joint name"));
+        check_names("joints", &self.joints).map(|()| self.joints)
+    }
+}
+
+/// Checks the joint names that the parameter `parameter` has.
+///
+/// # Errors
+/// [`ParameterError::Invalid`] if there are none, or if a name is empty or occurs twice.
+pub(super) fn check_names(parameter: &'static str, names: &[String]) -> Result<(), ParameterError> {
+    if names.is_empty() {
+        return Err(ParameterError::invalid(parameter, "empty", "at least one joint name"));
+    }
+    match names.iter().enumerate().find(|(i, name)| name.is_empty() || names[..*i].contains(name)) {
+        Some((_, name)) => {
+            let expected = format!("names that are neither empty nor repeated, as {name:?} is");
+            Err(ParameterError::invalid(parameter, format!("{names:?}"), expected))
         }
-        match names.iter().enumerate().find(|(i, name)| name.is_empty() || names[..*i].contains(name)) {
-            Some((_, name)) => {
-                let expected = format!("names that are neither empty nor repeated, as {name:?} is");
-                Err(ParameterError::invalid("joints", format!("{names:?}"), expected))
-            }
-            None => Ok(self.joints),
-        }
+        None => Ok(()),
     }
 }
 
@@ -185,7 +192,7 @@ impl Parameters for ArmParameters {
         Ok(Self {
             chain: match &description {
                 None => rows.chain(joints.len())?,
-                Some((described, _)) => described::chain(described, &joints)?,
+                Some((described, _)) => described::chain(described, "joints", &joints)?,
             },
             realtime_priority: cycle.priority(),
             simulated_time: cycle.use_sim_time,

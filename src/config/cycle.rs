@@ -1,10 +1,11 @@
 //! The parameters of the nodes that run the servo cycle, for one or two arms.
 
 use super::common::{NO_POSE, PoseNumbers, TrajectoryParameters, pose};
-use super::scene::SceneParameters;
+use super::scene::{RightBody, SceneParameters};
 use super::{ArmParameters, limits};
 use dq_common::named;
 use dq_core::servo::{Arms, JointOrder, POSITIVE, Settings, SettingsError};
+use dq_kinematics::arm::Chain;
 use dq_kinematics::control::Damping;
 use dq_params::{ParameterError, Parameters};
 use std::time::Duration;
@@ -84,26 +85,34 @@ impl From<DampingParameters> for Damping {
 }
 
 impl CommonParameters {
-    /// Builds the servo's parameters for `arms`: one or two copies of `arm`.
+    /// Builds the servo's parameters for `arm`, or for `arm` on the left and another arm on the right.
     ///
     /// # Errors
     /// [`ParameterError`] if values contradict each other.
     pub fn build(
         self,
         arm: &ArmParameters,
-        mut arms: Arms,
+        right: Option<RightArm>,
         frames: Frames,
     ) -> Result<ServoParameters, ParameterError> {
         let Self { mut settings, .. } = self;
-        let kinds = arm.chain.kinds();
-        limits::complete(&mut settings.limits, kinds, arms.joint_count() / kinds.len())?;
+        let left = arm.chain.clone();
+        let mut joints = vec![JointOrder::new(arm.joints.clone())];
+        let (mut arms, body) = match right {
+            None => (Arms::one(left), None),
+            Some(RightArm { chain, joints: names, body }) => {
+                joints.push(JointOrder::new(names));
+                (Arms::two(left, chain), body)
+            }
+        };
+        limits::complete(&mut settings.limits, &arms.chains().map(Chain::kinds).collect::<Vec<_>>())?;
         settings.tool_offset = pose("tool_offset", self.tool_offset)?;
         arms.set_tool_offset(&settings.tool_offset);
-        let scene = self.scene.build(&arm.link_joints(), &arms, &settings.limits.position)?;
+        let scene = self.scene.build(&arm.link_joints(), body.as_ref(), &arms, &settings.limits.position)?;
         settings.scene = scene.in_force;
         settings.check(arms.joint_count(), settings.interface).map_err(invalid)?;
         Ok(ServoParameters {
-            joints: vec![JointOrder::new(arm.joints.clone()); arms.chains().count()],
+            joints,
             arms,
             goal_frame: frames.goal,
             tool_frame: frames.tool,
@@ -115,6 +124,16 @@ impl CommonParameters {
             simulated_time: arm.simulated_time,
         })
     }
+}
+
+/// The right one of two arms.
+pub(super) struct RightArm {
+    /// The kinematics, in the base frame of the left arm.
+    pub chain: Chain,
+    /// The joint names, base first.
+    pub joints: Vec<String>,
+    /// The body; `None` if it is like the left arm's.
+    pub body: Option<RightBody>,
 }
 
 /// The frames of goals and twists.

@@ -1,19 +1,17 @@
 //! An arm from a robot description. The description's values replace parameters that the user has not set.
 
-use dq_common::text::cut;
-use dq_common::text_file;
-use dq_core::servo::{JOINT_JERKS, JOINT_SPEEDS, RAMP_TIME, STOP_TIME};
+use super::described_limits::{Dynamics, GivenLimits, speed};
+use super::described_text::{GivenText, decoded, text};
+use dq_core::servo::{JOINT_SPEEDS, RAMP_TIME, STOP_TIME};
 use dq_description::{
-    DescribedArm, DescribedJoint, Description, DescriptionError, Guess, JointLimits, LONGEST_DESCRIPTION,
-    Motion, guess_frames, oddity,
+    DescribedArm, DescribedJoint, Description, DescriptionError, Guess, JointLimits, Motion, guess_frames,
+    oddity,
 };
 use dq_description::{FittedBody, fitted};
 use dq_kinematics::arm::{Chain, bounds};
 use dq_params::{ParameterError, ParameterOverride, Value};
-use std::borrow::Cow;
-use std::io;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The values that a node takes from a robot description.
 pub(super) struct Described {
@@ -24,54 +22,121 @@ pub(super) struct Described {
     /// The path of the file, if the description comes from a file.
     file: Option<PathBuf>,
     /// A message about an irregularity in the description that did not prevent reading.
-    pub odd: Option<String>,
+    odd: Option<String>,
     /// The arm between the two frames.
     pub arm: DescribedArm,
     /// The names of the base frame and of the tool frame.
     frames: [String; 2],
     /// Other links that could be the tool frame; `None` if both frames were given.
     alternatives: Option<Vec<String>>,
+    /// The right one of two different arms.
+    pub right: Option<Box<Self>>,
 }
 
-/// The time from rest to the velocity limit \[s\]. It determines the acceleration limit of joints for which the description has no
-/// such limit.
-const TIME_TO_FULL_SPEED: f64 = 0.5;
-
 impl Described {
-    /// Reads the robot description among the `given` values; `None` if there is none.
+    /// Reads the robot description among the `given` values; `None` if there is none. For `two_arms`, also reads the right arm if
+    /// parameters name its frames or its description.
     ///
     /// # Errors
     /// [`ParameterError::Missing`] if frames are given without a description, [`ParameterError::File`] if the description has no
-    /// arm.
-    pub fn find(given: &[ParameterOverride]) -> Result<Option<Self>, ParameterError> {
-        let (text, source, file) = match (
-            self::text(given, "robot_description"),
-            self::text(given, "robot_file"),
-        ) {
-            (Some(text), _) if !text.contains('<') => return Err(no_description(text)),
-            (Some(text), _) => (Cow::Borrowed(text.as_bytes()), "robot_description", None),
-            (None, Some(file)) => (Cow::Owned(read_file(file)?), file, Some(PathBuf::from(file))),
-            (None, None) if is_awaited(given) => {
-                return Err(ParameterError::Missing {
+    /// arm, and [`ParameterError::Invalid`] if both arms have a joint in common.
+    pub fn find(given: &[ParameterOverride], two_arms: bool) -> Result<Option<Self>, ParameterError> {
+        let Some(given_text) = GivenText::find(given, ["robot_description", "robot_file"])? else {
+            return match is_awaited(given) {
+                false => Ok(None),
+                true => Err(ParameterError::Missing {
                     what: "the arm between base_frame and tool_frame",
                     missing: vec!["robot_description or robot_file"],
                     why: "only a servo node waits for a description on a topic; otherwise give joints and arm.*",
-                });
-            }
-            (None, None) => return Ok(None),
+                }),
+            };
         };
-        let (text, odd) = decoded(text);
-        let named = ["base_frame", "tool_frame"].map(|name| self::text(given, name));
+        let mut left = Self::read(given_text, ["base_frame", "tool_frame"].map(|name| text(given, name)))?;
+        if two_arms {
+            left.right = left.find_right(given)?.map(Box::new);
+        }
+        Ok(Some(left))
+    }
+
+    /// Reads the right arm, from its own description or from this one. Returns `None` if no parameter is about it.
+    fn find_right(&self, given: &[ParameterOverride]) -> Result<Option<Self>, ParameterError> {
+        let frames = ["right_base_frame", "right_tool_frame"].map(|name| text(given, name));
+        if let Some(own) = GivenText::find(given, ["right_robot_description", "right_robot_file"])? {
+            return Self::read(own, frames).map(Some);
+        }
+        let [base, Some(tool)] = frames else {
+            return match frames[0] {
+                None => Ok(None),
+                Some(base) => Err(ParameterError::invalid(
+                    "right_base_frame",
+                    format!("{base:?}"),
+                    "right_tool_frame, right_robot_description or right_robot_file with it",
+                )),
+            };
+        };
+        let [left_base, left_tool] = &self.frames;
+        if let Some(base) = base.filter(|base| base != left_base) {
+            let expected = format!(
+                "base_frame ({left_base:?}), because the robot has one description: give a base_frame from which both arms hang"
+            );
+            return Err(ParameterError::invalid("right_base_frame", format!("{base:?}"), expected));
+        }
+        let same =
+            GivenText { bytes: self.text.as_bytes().into(), source: &self.source, file: self.file.clone() };
+        let right = Self::read(same, [Some(left_base), Some(tool)])?;
+        match self.arm.moving().find(|joint| right.arm.moving().any(|other| other.name == joint.name)) {
+            None => Ok(Some(Self { odd: None, ..right })),
+            Some(_) if left_tool == tool => Err(ParameterError::invalid(
+                "right_tool_frame",
+                format!("{tool:?}"),
+                "the tool frame of the other arm: this one is tool_frame",
+            )),
+            Some(DescribedJoint { name, .. }) => Err(ParameterError::invalid(
+                "right_tool_frame",
+                format!("{tool:?}"),
+                format!("arms without a common joint: {name:?} moves both, so give a base_frame beyond it"),
+            )),
+        }
+    }
+
+    /// Reads the arm between two frames. Guesses a frame that is not given.
+    fn read(
+        GivenText { bytes, source, file }: GivenText,
+        named: [Option<&str>; 2],
+    ) -> Result<Self, ParameterError> {
+        let (text, odd) = decoded(bytes);
         let Guess { base, tool, alternatives } =
             guess_frames(&text, named).map_err(|why| error(source, &why))?;
         let arm = read(&text, source, &base, &tool)?.arm;
         let (frames, alternatives) = ([base, tool], named.contains(&None).then_some(alternatives));
         let odd = odd.or_else(|| oddity(&text)).map(|odd| format!("{source}: {odd}"));
-        Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, alternatives }))
+        Ok(Self { source: source.to_owned(), file, text, odd, arm, frames, alternatives, right: None })
     }
 
-    /// Returns a message about the guessed frames; `None` if no frame was guessed.
-    pub fn guess(&self) -> Option<String> {
+    /// Yields the single arm, or both arms.
+    fn arms(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(self.right.as_deref())
+    }
+
+    /// Yields the joints of all arms.
+    fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
+        self.arms().flat_map(|one| one.arm.moving())
+    }
+
+    /// Returns the number of joints of each arm.
+    pub fn joint_counts(&self) -> Vec<usize> {
+        self.arms().map(|one| one.arm.moving().count()).collect()
+    }
+
+    /// Returns the messages about guessed frames, and about irregularities in the texts.
+    pub fn messages(&self) -> Vec<String> {
+        let guesses = self.arms().zip(["", "right_"]).filter_map(|(one, prefix)| one.guess(prefix));
+        guesses.chain(self.arms().filter_map(|one| one.odd.clone())).collect()
+    }
+
+    /// Returns a message about the guessed frames; `None` if no frame was guessed. The parameters that name the frames begin with
+    /// `prefix`.
+    fn guess(&self, prefix: &str) -> Option<String> {
         /// Largest number of alternatives in the message.
         const LISTED: usize = 4;
         let alternatives = self.alternatives.as_ref()?;
@@ -83,23 +148,32 @@ impl Described {
         }
         let others = if others.is_empty() { others } else { format!(" (also near its end: {others})") };
         Some(format!(
-            "the arm of {source} is taken to be the {count} joints from base_frame {base:?} to tool_frame {tool:?}{others}: others by -p base_frame:=..., -p tool_frame:=..."
+            "the arm of {source} is taken to be the {count} joints from base_frame {base:?} to tool_frame {tool:?}{others}: others by -p {prefix}base_frame:=..., -p {prefix}tool_frame:=..."
         ))
     }
 
     /// Returns values for parameters that the user has not set. Limits that the user has set take precedence over the limits in
     /// the description.
     pub fn defaults(&self, given: &GivenLimits) -> Vec<(String, Value)> {
-        let limits: Vec<_> = self.arm.moving().map(|joint| joint.limits).collect();
+        let limits: Vec<_> = self.moving().map(|joint| joint.limits).collect();
         let described: Option<Vec<f64>> = limits.iter().map(speed).collect();
         let start = |(joint, limits): (usize, &JointLimits)| given.of(joint, limits).start();
         let [base, tool] = self.frames.clone();
+        let right = self.right.iter().flat_map(|right| {
+            let [base, tool] = right.frames.clone();
+            [
+                ("right_base_frame", Value::String(base)),
+                ("right_tool_frame", Value::String(tool)),
+                ("right_joints", Value::StringArray(right.names())),
+            ]
+        });
         let mut values = vec![
             ("base_frame", Value::String(base)),
             ("tool_frame", Value::String(tool)),
             ("joints", Value::StringArray(self.names())),
             ("initial_positions", Value::DoubleArray(limits.iter().enumerate().map(start).collect())),
         ];
+        values.extend(right);
         if let Some(velocity) = given.velocity.clone().or(described) {
             let of = |((joint, limits), velocity): ((usize, &JointLimits), &f64)| {
                 Dynamics::of(&given.of(joint, limits), *velocity)
@@ -130,7 +204,7 @@ impl Described {
     pub fn slow_stop(&self, given: &GivenLimits) -> Option<String> {
         let is_less =
             |described: Option<f64>, taken: f64| described.is_some_and(|described| described < taken);
-        let mut slow = self.arm.moving().enumerate().filter(|(joint, DescribedJoint { limits, .. })| {
+        let mut slow = self.moving().enumerate().filter(|(joint, DescribedJoint { limits, .. })| {
             let in_force = given.of(*joint, limits);
             let taken = speed(&in_force).map(|velocity| Dynamics::of(&in_force, velocity));
             taken.is_some_and(|taken| {
@@ -153,7 +227,7 @@ impl Described {
         const POSITIONS: RangeInclusive<f64> = 15.0..=1e3;
         /// Usual speed limits of joints in degrees per second. In radians per second they would be faster than any arm.
         const SPEEDS: RangeInclusive<f64> = 30.0..=1e3;
-        let turning = self.arm.moving().filter(|joint| joint.motion != Motion::Prismatic);
+        let turning = self.moving().filter(|joint| joint.motion != Motion::Prismatic);
         turning.into_iter().find_map(|DescribedJoint { name, limits, .. }| {
             let range = limits.range().filter(|(lower, upper)| {
                 !given.has_range() && [lower, upper].iter().any(|limit| POSITIONS.contains(&limit.abs()))
@@ -205,7 +279,7 @@ impl Described {
                 _ => None,
             }
         };
-        match self.arm.moving().find_map(|joint| Some((&joint.name, why(joint)?))) {
+        match self.moving().find_map(|joint| Some((&joint.name, why(joint)?))) {
             None => Ok(()),
             Some((name, why)) => {
                 Err(ParameterError::File { file: self.source.clone(), why: format!("joint {name:?} {why}") })
@@ -215,112 +289,6 @@ impl Described {
 
     fn names(&self) -> Vec<String> {
         names(&self.arm)
-    }
-}
-
-fn read_file(file: &str) -> Result<Vec<u8>, ParameterError> {
-    let error = |why: io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
-    text_file::bytes(Path::new(file), LONGEST_DESCRIPTION as u64).map_err(error)
-}
-
-/// Returns the text of `bytes`. If they are not UTF-8, reads them as Latin-1, in which every byte is a character, and also returns
-/// a message.
-fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
-    match str::from_utf8(&bytes) {
-        Ok(text) => (text.to_owned(), None),
-        Err(why) => {
-            let line = 1 + bytes[..why.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
-            let text = bytes.iter().copied().map(char::from).collect();
-            (text, Some(format!("line {line} is not UTF-8: the description is read as Latin-1")))
-        }
-    }
-}
-
-/// Returns the error for the text of a `robot_description` that has no XML element.
-fn no_description(text: &str) -> ParameterError {
-    let why = match text.contains('/') || text.contains(".urdf") {
-        true => "is a path, not a URDF: give a file as robot_file",
-        false => "is not a URDF",
-    };
-    let why = format!("{:?} {why}", cut(text.trim()));
-    ParameterError::File { file: "robot_description".to_owned(), why }
-}
-
-/// The limits of a joint on acceleration, deceleration and jerk.
-struct Dynamics {
-    acceleration: f64,
-    deceleration: f64,
-    jerk: f64,
-}
-
-impl Dynamics {
-    /// Computes the limits of a joint from the `limits` in its description and its speed limit `velocity`. As in URDF, a missing
-    /// deceleration equals the acceleration, and a missing jerk is unlimited. Each limit is at least so large that the joint stops
-    /// within [`STOP_TIME`].
-    fn of(limits: &JointLimits, velocity: f64) -> Self {
-        let given =
-            |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));
-        let most = *JOINT_SPEEDS.end();
-        let acceleration = given(limits.acceleration, JOINT_SPEEDS);
-        let acceleration = acceleration.unwrap_or(most.min(velocity / TIME_TO_FULL_SPEED));
-        let deceleration = given(limits.deceleration, JOINT_SPEEDS).unwrap_or(acceleration);
-        let deceleration = deceleration.max(velocity / STOP_TIME);
-        let least = acceleration.max(deceleration) / RAMP_TIME;
-        let jerk = given(limits.jerk, JOINT_JERKS).unwrap_or(*JOINT_JERKS.end()).max(least);
-        Self { acceleration, deceleration, jerk }
-    }
-}
-
-/// Returns the speed limit of a joint if it is valid.
-fn speed(limits: &JointLimits) -> Option<f64> {
-    limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
-}
-
-/// The joint limits that the user has set as parameters.
-pub(super) struct GivenLimits {
-    velocity: Option<Vec<f64>>,
-    acceleration: Option<Vec<f64>>,
-    deceleration: Option<Vec<f64>>,
-    lower: Option<Vec<f64>>,
-    upper: Option<Vec<f64>>,
-}
-
-impl GivenLimits {
-    /// Collects the joint limits among these values.
-    pub fn find(given: &[ParameterOverride]) -> Self {
-        let list = |name: &str| {
-            let last = given.iter().rev().find(|value| value.name == name)?;
-            match last.value.clone().convert_like(&Value::DoubleArray(Vec::new())) {
-                Ok(Value::DoubleArray(list)) => Some(list),
-                // A value of another type is rejected when the store takes it.
-                _ => Some(Vec::new()),
-            }
-        };
-        Self {
-            velocity: list("limits.joint_velocity"),
-            acceleration: list("limits.joint_acceleration"),
-            deceleration: list("limits.joint_deceleration"),
-            lower: list("limits.joint_position_lower"),
-            upper: list("limits.joint_position_upper"),
-        }
-    }
-
-    fn has_range(&self) -> bool {
-        self.lower.is_some() && self.upper.is_some()
-    }
-
-    /// Returns the limits in force of the joint with the index `joint`. `limits` are its limits in the description.
-    fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
-        let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
-        let (lower, upper) = limits.range().unzip();
-        JointLimits {
-            lower: given(&self.lower).or(lower),
-            upper: given(&self.upper).or(upper),
-            velocity: given(&self.velocity).or(limits.velocity),
-            acceleration: given(&self.acceleration).or(limits.acceleration),
-            deceleration: given(&self.deceleration).or(limits.deceleration),
-            ..*limits
-        }
     }
 }
 
@@ -338,13 +306,17 @@ pub(super) fn read(text: &str, source: &str, base: &str, tool: &str) -> Result<D
     Description::read(text, base, tool).map_err(|why| error(source, &why))
 }
 
-/// Returns the kinematics of a described arm, after a check of its joint names.
-pub(super) fn chain(described: &Description, joints: &[String]) -> Result<Chain, ParameterError> {
+/// Returns the kinematics of a described arm, after a check of its joint names, which the parameter `name` has.
+pub(super) fn chain(
+    described: &Description,
+    name: &'static str,
+    joints: &[String],
+) -> Result<Chain, ParameterError> {
     let names = names(&described.arm);
     if joints != names {
         let expected =
             format!("{names:?}, as the robot description has them between base_frame and tool_frame");
-        return Err(ParameterError::invalid("joints", format!("{joints:?}"), expected));
+        return Err(ParameterError::invalid(name, format!("{joints:?}"), expected));
     }
     described.arm.chain().map_err(|why| error("robot_description", &why))
 }
@@ -355,12 +327,4 @@ fn names(arm: &DescribedArm) -> Vec<String> {
 
 fn error(source: &str, why: &DescriptionError) -> ParameterError {
     ParameterError::File { file: source.to_owned(), why: why.to_string() }
-}
-
-/// Returns the last of the `given` values with the name `name`. `None` if its text is empty, which is the default.
-fn text<'a>(given: &'a [ParameterOverride], name: &str) -> Option<&'a str> {
-    let values = given.iter().rev().filter(|value| value.name == name);
-    let mut texts =
-        values.filter_map(|value| if let Value::String(text) = &value.value { Some(text) } else { None });
-    texts.next().map(String::as_str).filter(|text| !text.is_empty())
 }

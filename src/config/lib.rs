@@ -61,6 +61,8 @@ mod arms;
 mod common;
 mod cycle;
 mod described;
+mod described_limits;
+mod described_text;
 mod docs;
 mod dual;
 mod guard;
@@ -80,7 +82,8 @@ pub use guard::GuardParameters;
 pub use plant::{PLANT_NAMES, PlantParameters};
 pub use setup::{ForArm, SetupError};
 
-use described::{Described, GivenLimits};
+use described::Described;
+use described_limits::GivenLimits;
 use dq_description::{DescribedArm, FittedBody};
 use dq_params::{
     Declaration, Declarer, ParameterError, ParameterOverride, ParameterStore, Parameters, Value,
@@ -154,30 +157,35 @@ pub trait NodeParameters: Parameters + Send + 'static {
     ) -> Result<(ParameterStore, Vec<String>), ParameterError> {
         let mut store = Self::store()?;
         let mut builtin = builtin()?.to_vec();
-        if let Some(described) = Described::find(&given)? {
+        if let Some(described) = Described::find(&given, store.declaration("right_joints").is_some())? {
             builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
-            let limits = GivenLimits::find(&given);
+            let limits = GivenLimits::find(&given, &described.joint_counts());
             if store.declaration("limits.joint_velocity").is_some_and(|declared| declared.required) {
                 described.check_limits(&limits)?;
             }
             for (name, value) in builtin.into_iter().chain(described.defaults(&limits)) {
                 store.override_initial(&name, value)?;
             }
-            let body = match store.declaration("body") {
-                Some(_) if given.iter().all(|value| value.name != "body") => Some(described.body()?),
-                _ => None,
+            let is_free = |name: &str| {
+                store.declaration(name).is_some() && given.iter().all(|value| value.name != name)
             };
+            let body = if is_free("body") { Some(("body", described.body()?)) } else { None };
+            let right = described.right.as_ref().filter(|_| is_free("right_body"));
+            let right = right.map(|right| Ok(("right_body", right.body()?))).transpose()?;
+            let bodies: Vec<_> = body.into_iter().chain(right).collect();
             let mut warnings = store.take(node, given)?;
-            if let Some(FittedBody { texts, warning }) = body {
-                store.override_initial("body", Value::StringArray(texts))?;
+            for (name, FittedBody { texts, warning }) in bodies {
+                store.override_initial(name, Value::StringArray(texts))?;
                 let is_used = store.get("constraints") == Some(&Value::Bool(true));
                 warnings.extend(warning.filter(|_| is_used));
             }
             warnings
                 .extend(described.slow_stop(&limits).filter(|_| store.declaration("limits.jerk").is_some()));
             warnings.extend(described.degrees(&limits));
-            warnings.extend(described.guess());
-            warnings.extend(described.odd);
+            warnings.extend(described.messages());
+            if let Some(right) = &described.right {
+                store.override_initial("right_robot_description", Value::String(right.arm.urdf()))?;
+            }
             let in_force = Self::description_in_force(described.text, &described.arm);
             store.override_initial("robot_description", Value::String(in_force))?;
             return Ok((store, warnings));

@@ -1,17 +1,30 @@
-//! Completes the joint limits that parameters set for one arm, so that they become the limits of a servo.
+//! Completes the joint limits that parameters set, so that they become the limits of a servo.
 
 use super::common::exactly_or_none;
+use super::described_limits::for_each_arm;
 use dq_core::servo::{Limits, RAMP_TIME, STOP_TIME};
 use dq_kinematics::arm::JointKind;
 use dq_params::{ParameterError, exactly};
 
-/// Completes each list of limits, so that it has one number for each joint of `arms` equal arms.
+/// Completes each list of limits, so that it has one number for each joint of these arms. A list may be for one of two arms with
+/// equally many joints; then it counts for both.
 ///
 /// # Errors
 /// [`ParameterError::Invalid`] for a list of another length, and for limits with which a joint cannot accelerate or stop within
 /// the required time.
-pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -> Result<(), ParameterError> {
+pub(super) fn complete(limits: &mut Limits, arms: &[&[JointKind]]) -> Result<(), ParameterError> {
+    let (joints, counts) = (&arms.concat()[..], arms.iter().map(|kinds| kinds.len()).collect::<Vec<_>>());
     let count = joints.len();
+    for list in [
+        &mut limits.joint_velocity,
+        &mut limits.joint_acceleration,
+        &mut limits.joint_deceleration,
+        &mut limits.joint_jerk,
+        &mut limits.position.lower,
+        &mut limits.position.upper,
+    ] {
+        *list = for_each_arm(std::mem::take(list), &counts);
+    }
     exactly("limits.joint_velocity", &limits.joint_velocity, count)?;
     exactly("limits.joint_acceleration", &limits.joint_acceleration, count)?;
     exactly_or_none("limits.joint_deceleration", &limits.joint_deceleration, count)?;
@@ -26,18 +39,7 @@ pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -
     fill("limits.joint_position_lower", &mut limits.position.lower, f64::NEG_INFINITY, count)?;
     fill("limits.joint_position_upper", &mut limits.position.upper, f64::INFINITY, count)?;
     check_ranges(limits.position.ranges(), joints)?;
-    check_ramps(limits, joints)?;
-    for list in [
-        &mut limits.joint_velocity,
-        &mut limits.joint_acceleration,
-        &mut limits.joint_deceleration,
-        &mut limits.joint_jerk,
-        &mut limits.position.lower,
-        &mut limits.position.upper,
-    ] {
-        *list = list.repeat(arms);
-    }
-    Ok(())
+    check_ramps(limits, joints)
 }
 
 /// Fills an empty list with `count` times `none`. Checks the length of any other list.

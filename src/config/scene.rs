@@ -1,5 +1,6 @@
 //! The keep-outs, keep-ins and body of an arm as parameters.
 
+use dq_algebra::UnitDualQuaternion;
 use dq_common::text::cut;
 use dq_core::servo::{Arms, PositionLimits};
 use dq_description::LIMB_RADIUS;
@@ -32,6 +33,16 @@ pub(super) struct SceneParameters {
     body: Vec<String>,
 }
 
+/// The body of the right one of two arms, if it is not like the left arm's.
+pub(super) struct RightBody {
+    /// The texts of its capsules, as in the parameter `body`.
+    pub texts: Vec<String>,
+    /// The names of the joints that move the links.
+    pub joints: Vec<String>,
+    /// The pose of the right arm's base in the left arm's base frame.
+    pub base: UnitDualQuaternion,
+}
+
 /// The scene that parameters describe.
 pub(super) struct GivenScene {
     /// The scene; `None` if constraints are off.
@@ -41,14 +52,15 @@ pub(super) struct GivenScene {
 }
 
 impl SceneParameters {
-    /// Builds the scene of these arms. `joints` are the names of the joints that move the links of each arm. The function rejects
-    /// invalid texts even if constraints are off.
+    /// Builds the scene of these arms. `joints` are the names of the joints that move the links of the left arm. If the right arm
+    /// has no body of its own, its body is like the left arm's. The function rejects invalid texts even if constraints are off.
     ///
     /// # Errors
     /// [`ParameterError::Invalid`] for the first invalid text.
     pub fn build(
         &self,
         joints: &[String],
+        right: Option<&RightBody>,
         arms: &Arms,
         limits: &PositionLimits,
     ) -> Result<GivenScene, ParameterError> {
@@ -67,26 +79,52 @@ impl SceneParameters {
                 format!("at most {MOST_KEEP_OUTS}, including those of keep_in ({why})"),
             ),
         };
-        let scene = Scene::new(self.body(joints, &chains)?, keep_outs, &chains, &ranges)
+        let scene = Scene::new(self.body(joints, right, &chains)?, keep_outs, &chains, &ranges)
             .and_then(|scene| scene.staying_in(keep_ins, &chains, &ranges))
             .map_err(refused)?;
         let in_force = self.constraints.then(|| Arc::new(scene));
         Ok(GivenScene { idle: if in_force.is_none() { count } else { 0 }, in_force })
     }
 
-    fn body(&self, joints: &[String], chains: &[Chain]) -> Result<Body, ParameterError> {
-        match &self.body[..] {
-            [] => Ok(Body::along(chains, LIMB_RADIUS)),
-            [one] if !one.trim().contains(char::is_whitespace) => {
-                let radius = one.trim().parse().ok().filter(|radius| (1e-3..=10.0).contains(radius));
-                let expected = "capsules, or a radius from 0.001 to 10 m";
-                let radius = radius.ok_or_else(|| ParameterError::invalid("body", one, expected))?;
-                Ok(Body::along(chains, radius))
+    fn body(
+        &self,
+        joints: &[String],
+        right: Option<&RightBody>,
+        chains: &[Chain],
+    ) -> Result<Body, ParameterError> {
+        let left = UnitDualQuaternion::identity();
+        let bodies = chains.iter().enumerate().map(|(number, chain)| match right {
+            Some(RightBody { texts, joints, base }) if number > 0 => {
+                body("right_body", texts, joints, base, chain)
             }
-            texts => Body::parse(texts, joints, chains.len()).map_err(|why| {
-                ParameterError::invalid("body", format!("{:?}", why.text), CapsuleError::EXPECTED)
-            }),
+            _ => body("body", &self.body, joints, &left, chain),
+        });
+        Ok(Body::of_arms(bodies.collect::<Result<Vec<_>, _>>()?, chains))
+    }
+}
+
+/// Returns the body of one arm, as the texts of the parameter `parameter` give it. The arm's base is at `base`.
+fn body(
+    parameter: &'static str,
+    texts: &[String],
+    joints: &[String],
+    base: &UnitDualQuaternion,
+    chain: &Chain,
+) -> Result<Body, ParameterError> {
+    let along = |radius| Body::along(std::slice::from_ref(chain), radius);
+    match texts {
+        [] => Ok(along(LIMB_RADIUS)),
+        [one] if !one.trim().contains(char::is_whitespace) => {
+            let radius = one.trim().parse().ok().filter(|radius| (1e-3..=10.0).contains(radius));
+            let expected = "capsules, or a radius from 0.001 to 10 m";
+            radius.map(along).ok_or_else(|| ParameterError::invalid(parameter, one, expected))
         }
+        texts => match Body::parse(texts, joints) {
+            Ok(body) => Ok(body.standing_at(base)),
+            Err(why) => {
+                Err(ParameterError::invalid(parameter, format!("{:?}", why.text), CapsuleError::EXPECTED))
+            }
+        },
     }
 }
 

@@ -3,7 +3,7 @@
 use super::common::exactly_or_none;
 use super::cycle::{CommonParameters, DampingParameters, Frames};
 use super::{ArmParameters, NodeParameters, ServoParameters};
-use dq_core::servo::{Arms, GoalFrames, Posture};
+use dq_core::servo::{GoalFrames, Posture};
 use dq_kinematics::control::{Aim, Controller, Law, LawGains};
 use dq_params::{Constraint, Declaration, Declarer, ParameterError, Parameters, Value};
 
@@ -43,7 +43,7 @@ impl Parameters for ServoParameters {
         (common.settings.controller, common.settings.posture) = (controller, posture);
         common.settings.goal_frames = goal_frames;
         let frames = Frames { goal: arm.base_frame.clone(), tool: arm.tool_frame.clone() };
-        common.build(&arm, Arms::one(arm.chain.clone()), frames)
+        common.build(&arm, None, frames)
     }
 }
 

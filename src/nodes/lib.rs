@@ -35,6 +35,7 @@ mod servo;
 mod shutdown;
 mod snapshot;
 mod throttle;
+mod two_arms;
 
 pub use guard::GuardNode;
 pub use parameters::{NodeArguments, Prepared};

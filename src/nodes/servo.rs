@@ -15,7 +15,7 @@ use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
-use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot};
+use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot, two_arms};
 use dq_config::ServoParameters;
 use dq_core::servo::{GoalFrames, Servo};
 use dq_messages::messages::*;
@@ -77,6 +77,7 @@ impl Assembled {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let servo = parameters.build()?;
         let kind = ServoKind::of(&parameters.arms);
+        two_arms::check(&names, kind, &parameters)?;
         let ServoParameters {
             arms: controlled,
             joints,

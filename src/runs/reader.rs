@@ -10,11 +10,12 @@ use dq_bags::BagMessage;
 use dq_check::Gaps;
 use dq_common::text::{NAME, shown};
 use dq_config::ServoParameters;
-use dq_core::servo::{Goal, Interface, Settings, StateError};
+use dq_core::servo::{Goal, Interface, JointOrder, Settings, StateError};
 use dq_link::longest_travel;
 use dq_messages::messages::{DiagnosticStatus, JointState, PoseStamped, TwistStamped, UInt8MultiArray};
 use dq_metrics::GoalError;
 use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic, with_command};
+use std::collections::HashSet;
 use std::time::Duration;
 
 /// The largest number of points of a curve, about fifty per pixel of a figure. With this limit, a long run needs no more memory
@@ -228,6 +229,19 @@ impl RunReader {
         first..first + self.parameters.joints[arm].names().len()
     }
 
+    /// Returns whether the joint states of all arms may come on one topic: their joints have different names.
+    pub fn shares_topic(&self) -> bool {
+        let mut names = HashSet::new();
+        self.parameters.joints.iter().flat_map(JointOrder::names).all(|name| names.insert(name))
+    }
+
+    /// Reads a joint state of an arm from `message`. `measured` returns the time of a joint state with this stamp \[ns\].
+    fn take_joint_states(&mut self, measured: impl Fn(i64) -> f64, arm: usize, message: &BagMessage) {
+        if let Ok(state) = message.decode::<JointState>() {
+            self.take_joint_state(measured(state.header.stamp.nanoseconds()), arm, &state);
+        }
+    }
+
     fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) {
         let (range, joints) = (self.range(arm), &self.parameters.joints[arm]);
         let positions = &mut self.positions[range.clone()];
@@ -386,7 +400,8 @@ impl Reader for RunReader {
         let of_goals = self.measured.as_ref().is_some_and(|(_, goals)| goals.as_deref() == Some(topic));
         of_goals
             || of_node.is_some_and(|topic| ["/status", "/motions", "/pose_error", "/events"].contains(&topic))
-            || of_namespace().is_some_and(of_arm)
+            || of_namespace()
+                .is_some_and(|topic| of_arm(topic) || topic == JOINT_STATES && self.shares_topic())
     }
 
     fn take(&mut self, time: f64, origin: i64, message: &BagMessage) {
@@ -426,13 +441,15 @@ impl Reader for RunReader {
             return;
         }
         let topic = &message.topic[self.namespace.len()..];
+        if topic == JOINT_STATES {
+            (0..self.parameters.joints.len()).for_each(|arm| self.take_joint_states(measured, arm, message));
+            return;
+        }
         let Some(arm) = self.kind.arms().iter().position(|arm| is_of_arm(topic, arm)) else { return };
         let topic = &topic[self.kind.arms()[arm].len()..];
         let interface = self.parameters.settings.interface;
-        if topic == "joint_states" {
-            if let Ok(state) = message.decode::<JointState>() {
-                self.take_joint_state(measured(state.header.stamp.nanoseconds()), arm, &state);
-            }
+        if topic == JOINT_STATES {
+            self.take_joint_states(measured, arm, message);
         } else if topic == command_topic(interface) {
             let command = with_command!(interface, M => message.decode::<M>().ok().map(Command::numbers));
             command.into_iter().for_each(|numbers| self.take_command(time, arm, numbers));
@@ -478,12 +495,15 @@ fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
 }
 
+/// The topic of joint states. Without the prefix of an arm, it is the topic of the joint states of all arms.
+const JOINT_STATES: &str = "joint_states";
+
 /// Returns whether a topic, without its namespace, belongs to the arm with the prefix `prefix`.
 fn is_of_arm(topic: &str, prefix: &str) -> bool {
     let kinds = [Interface::Velocity, Interface::Position, Interface::Trajectory];
-    topic.strip_prefix(prefix).is_some_and(|topic| {
-        topic == "joint_states" || kinds.iter().any(|kind| topic == command_topic(*kind))
-    })
+    topic
+        .strip_prefix(prefix)
+        .is_some_and(|topic| topic == JOINT_STATES || kinds.iter().any(|kind| topic == command_topic(*kind)))
 }
 
 /// Returns the value with the larger absolute value.

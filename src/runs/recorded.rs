@@ -161,6 +161,9 @@ fn of_servo(
     };
     let name = called(name, &namespace);
     let mut reader = RunReader::new(name, &namespace, Some(node.to_owned()), parameters);
+    if reader.shares_topic() {
+        known.push(namespace);
+    }
     reader.announce(&lives)?;
     Ok(Box::new(reader))
 }

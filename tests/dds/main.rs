@@ -17,6 +17,7 @@ mod replay;
 mod routed;
 mod simulated_time;
 mod terminal;
+mod two_arms;
 
 use host::{FAR, FAST, Host, assert_success, wait_for_line};
 use serde_json::Value;

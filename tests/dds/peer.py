@@ -569,6 +569,20 @@ def case_dual():
     del goals
 
 
+def case_one_topic():
+    """The joint states of two arms in one message on one topic, as a robot with two arms publishes them."""
+    states = [reader(f"{arm}/joint_states", ros.JointState) for arm in ("left", "right")]
+    out = writer("joint_states", ros.JointState)
+    while True:
+        left, right = (wait("a joint state", lambda: last(source)) for source in states)
+        out.write(
+            ros.JointState(
+                right.header, left.name + right.name, list(left.position) + list(right.position),
+                list(left.velocity) + list(right.velocity), [],
+            )
+        )
+
+
 def case_services():
     """Pause, stop and reset answer and take effect."""
     statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)

@@ -7,6 +7,7 @@ mod lenient;
 mod meshes;
 mod parameters;
 mod setup;
+mod two_arms;
 mod urdf_1_2;
 
 use dq_config::{NodeParameters, ServoParameters};

@@ -5,6 +5,7 @@ use super::error::RosError;
 use super::names::check_enclave;
 use super::{release, unread_variables};
 use crate::dds::announcement::GROUP;
+use crate::dds::interfaces::VARIABLE as INTERFACES;
 use crate::dds::own_domain::OwnDomain;
 use crate::dds::ports;
 use std::env::VarError;
@@ -29,6 +30,8 @@ pub struct Environment {
     pub reach: Reach,
     /// Addresses or names of hosts that discovery must also reach without multicast.
     pub static_peers: Vec<String>,
+    /// Names or addresses of the network interfaces to use; empty: those that the program chooses.
+    pub interfaces: Vec<String>,
     /// The folder with the keys and permissions of a secured run; `None` for a run without security.
     pub enclave: Option<PathBuf>,
     /// Warnings about variables that this program does not obey. The first node of the session logs these warnings.
@@ -38,11 +41,13 @@ pub struct Environment {
 impl Environment {
     /// Creates an environment without peers and without security.
     pub fn new(domain_id: u16, reach: Reach) -> Self {
-        Self { domain_id, reach, static_peers: Vec::new(), enclave: None, warnings: Vec::new() }
+        let (static_peers, interfaces, warnings) = (Vec::new(), Vec::new(), Vec::new());
+        Self { domain_id, reach, static_peers, interfaces, enclave: None, warnings }
     }
 
-    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, `ROS_STATIC_PEERS`, and
-    /// `ROS_SECURITY_ENABLE`, `_STRATEGY`, `_KEYSTORE` and `_ENCLAVE_OVERRIDE`. The enclave may also be named on the command line.
+    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, `ROS_STATIC_PEERS`,
+    /// `ROS_SECURITY_ENABLE`, `_STRATEGY`, `_KEYSTORE` and `_ENCLAVE_OVERRIDE`, and `DQ_SERVO_INTERFACES`. The enclave may also be
+    /// named on the command line.
     ///
     /// # Errors
     /// [`RosError::Environment`] with the variable and its valid values; [`RosError::Security`] if security is requested and the
@@ -83,9 +88,11 @@ impl Environment {
                 return Err(refused("ROS_LOCALHOST_ONLY", other, "0 or 1"));
             }
         };
-        let peers = get("ROS_STATIC_PEERS").unwrap_or_default();
-        let peers = peers.split(';').map(str::trim).filter(|peer| !peer.is_empty()).map(str::to_owned);
-        let mut static_peers: Vec<_> = peers.collect();
+        let list = |name: &str| -> Vec<_> {
+            let text = get(name).unwrap_or_default();
+            text.split(';').map(str::trim).filter(|item| !item.is_empty()).map(str::to_owned).collect()
+        };
+        let (mut static_peers, interfaces) = (list("ROS_STATIC_PEERS"), list(INTERFACES));
         let unread = unread_variables::warning(get);
         let distribution = get("ROS_DISTRO").and_then(|name| release::warning_of_distribution(&name));
         let mut warnings: Vec<_> = unread.into_iter().chain(distribution).collect();
@@ -94,7 +101,7 @@ impl Environment {
             warnings.push(PEERS_WITHOUT_NETWORK.to_owned());
         }
         let enclave = enclave(get, args.enclave.as_deref(), SECURITY)?;
-        Ok(Self { domain_id, reach, static_peers, enclave, warnings })
+        Ok(Self { domain_id, reach, static_peers, interfaces, enclave, warnings })
     }
 
     /// Returns this environment, but in a domain that nobody else on this host uses. The domain is reserved until the returned
@@ -129,7 +136,8 @@ impl Environment {
 }
 
 /// The names of all variables that this program obeys.
-const VARIABLES: [&str; 8] = [
+const VARIABLES: [&str; 9] = [
+    INTERFACES,
     "ROS_DOMAIN_ID",
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
     "ROS_LOCALHOST_ONLY",
@@ -248,6 +256,7 @@ mod tests {
         let read_with = |others: &[_]| read(&[&[peers], others].concat()).unwrap();
         assert_eq!(read_with(&[]).static_peers, ["10.0.0.5", "robot.local"]);
         assert_eq!(read_with(&[]).warnings, [""; 0]);
+        assert_eq!(read_with(&[("DQ_SERVO_INTERFACES", "eth0; 10.0.0.6")]).interfaces, ["eth0", "10.0.0.6"]);
         let on_loopback = read_with(&[("ROS_LOCALHOST_ONLY", "1")]);
         assert_eq!((on_loopback.static_peers.len(), on_loopback.warnings.len()), (0, 1));
     }

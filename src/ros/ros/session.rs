@@ -10,6 +10,7 @@ use super::release;
 use super::resolver::Resolver;
 use crate::dds::ended_threads::Participating;
 use crate::dds::first_sample_request::FirstSampleRequest;
+use crate::dds::interfaces::Choice;
 use crate::dds::matches::Matches;
 use crate::dds::new_address::UsedAddresses;
 use crate::dds::own_datagrams::OwnDatagrams;
@@ -49,12 +50,14 @@ impl Session {
         environment.check_network()?;
         let (domain_id, on_loopback) = (environment.domain_id, environment.is_on_loopback());
         let mut builder = DomainParticipantBuilder::new(domain_id);
-        if on_loopback {
-            builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
-        }
         let (warn, warnings) = unbounded_channel();
         // Nobody receives warnings after the end of the session.
         let warn = move |warning: String| drop(warn.send(warning));
+        let Choice { addresses, warning } = interfaces(environment);
+        if let Some(addresses) = addresses {
+            builder = builder.with_only_networks(addresses);
+        }
+        warning.into_iter().for_each(&warn);
         let static_peers = static_peers(environment, &warn);
         let used_addresses = (!on_loopback).then(UsedAddresses::now);
         let what = format!("a participant in domain {domain_id}");
@@ -159,6 +162,19 @@ fn secured_participant(
     what: &str,
 ) -> Result<(DomainParticipant, Option<String>), RosError> {
     Err(RosError::create(what)(&"built without security"))
+}
+
+/// Chooses the network interfaces. Static peers may be reached by any interface, so with peers, no interface is left out unless
+/// interfaces are named.
+fn interfaces(environment: &Environment) -> Choice {
+    let Environment { interfaces, static_peers, .. } = environment;
+    match environment.is_on_loopback() {
+        true => Choice { addresses: Some(vec![Ipv4Addr::LOCALHOST]), warning: None },
+        false if interfaces.is_empty() && !static_peers.is_empty() => {
+            Choice { addresses: None, warning: None }
+        }
+        false => Choice::now(interfaces),
+    }
 }
 
 /// Begins to receive the packets for the static peers. Returns `None` if there are no static peers, or if no packets can be

@@ -1,8 +1,9 @@
 //! The arm's body: capsules on its links.
 
 use super::Segment;
+use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::Chain;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use std::ops::Range;
 use thiserror::Error;
 
@@ -68,23 +69,42 @@ impl Body {
         Self { capsules }
     }
 
-    /// Parses the capsules of each of `arms` arms. `joints` are the names of the joints that move the links.
+    /// Parses the capsules of one arm. `joints` are the names of the joints that move the links.
     ///
     /// # Errors
     /// [`CapsuleError`] for the first invalid text.
-    pub fn parse(texts: &[String], joints: &[String], arms: usize) -> Result<Self, CapsuleError> {
-        let mut capsules = Vec::new();
-        for arm in 0..arms {
-            for text in texts {
-                let wrong = || CapsuleError { text: dq_common::text::cut(text).into_owned() };
-                let (link, core, radius) = parse(text, joints).ok_or_else(wrong)?;
-                // A part fixed to the base exists only once, in the base frame.
-                if link > 0 || arm == 0 {
-                    capsules.push(Capsule::new(arm * joints.len(), link, core, radius));
+    pub fn parse(texts: &[String], joints: &[String]) -> Result<Self, CapsuleError> {
+        let capsules = texts.iter().map(|text| {
+            let wrong = || CapsuleError { text: dq_common::text::cut(text).into_owned() };
+            let (link, core, radius) = parse(text, joints).ok_or_else(wrong)?;
+            Ok(Capsule::new(0, link, core, radius))
+        });
+        Ok(Self { capsules: capsules.collect::<Result<_, _>>()? })
+    }
+
+    /// Returns the body of an arm whose base is at `world_from_base`. The world is then the base frame.
+    #[must_use]
+    pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
+        let world_from_base = world_from_base.frame();
+        for capsule in self.capsules.iter_mut().filter(|capsule| capsule.link == 0) {
+            capsule.core.ends = capsule.core.ends.map(|end| (world_from_base * Point3::from(end)).coords);
+        }
+        self
+    }
+
+    /// Creates the body of all arms from the body of each arm. A part fixed to the base that several arms have exists only once.
+    pub fn of_arms(bodies: impl IntoIterator<Item = Self>, chains: &[Chain]) -> Self {
+        let (mut capsules, mut before) = (Vec::new(), 0);
+        for (body, chain) in bodies.into_iter().zip(chains) {
+            for Capsule { link, core, radius, .. } in body.capsules {
+                let capsule = Capsule::new(before, link, core, radius);
+                if link > 0 || !capsules.contains(&capsule) {
+                    capsules.push(capsule);
                 }
             }
+            before += chain.link_count();
         }
-        Ok(Self { capsules })
+        Self { capsules }
     }
 }
 
@@ -145,7 +165,7 @@ mod tests {
 
     fn joint(text: &str, joints: &[&str]) -> Option<usize> {
         let joints: Vec<_> = joints.iter().map(|name| (*name).to_owned()).collect();
-        let body = Body::parse(&[text.to_owned()], &joints, 1).ok()?;
+        let body = Body::parse(&[text.to_owned()], &joints).ok()?;
         Some(body.capsules[0].link)
     }
 

@@ -10,6 +10,7 @@ FILES = {
     "panda": "panda_description/urdf/panda.urdf",
     "xarm7": "xarm_description/urdf/xarm7.urdf",
     "tiago": "tiago_description/robots/tiago_no_hand.urdf",
+    "baxter": "baxter_description/urdf/baxter.urdf",
 }
 KEPT = {"origin", "parent", "child", "axis", "limit", "mimic"}
 

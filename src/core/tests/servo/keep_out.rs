@@ -86,7 +86,7 @@ fn a_twist_into_a_wall_slides_along_it() {
 fn of_body(capsules: &[&str], keep_out: &str) -> Option<Arc<Scene>> {
     let names: Vec<_> = (1..=6).map(|joint| format!("joint{joint}")).collect();
     let capsules: Vec<_> = capsules.iter().map(|text| (*text).to_owned()).collect();
-    let (body, keep_outs) = (Body::parse(&capsules, &names, 1).unwrap(), vec![keep_out.parse().unwrap()]);
+    let (body, keep_outs) = (Body::parse(&capsules, &names).unwrap(), vec![keep_out.parse().unwrap()]);
     Some(Arc::new(Scene::new(body, keep_outs, &[puma()], &[(-3.0, 3.0); 6]).unwrap()))
 }
 
