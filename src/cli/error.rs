@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_of_an_error_names_the_causes_and_a_closed_stdout_is_no_failure() {
+    fn the_line_of_an_error_names_the_causes_and_a_closed_stdout_is_not_a_failure() {
         let stdout = |kind: std::io::ErrorKind| Error::from(StdoutError::from(std::io::Error::from(kind)));
         let full = stdout(std::io::ErrorKind::StorageFull);
         assert_eq!(full.line(), "the results cannot be written to stdout: no storage space");

@@ -27,7 +27,7 @@ fn pages() -> Vec<(PathBuf, String)> {
     pages.into_iter().filter_map(read).collect()
 }
 
-/// Returns the paths in a text that begin in a folder of the repository. Of a pattern such as `src/*/README.md`, returns the folder.
+/// Returns the paths in a text that begin in a folder of the repository. A pattern such as `src/*/README.md` counts as its folder.
 fn paths(text: &str) -> impl Iterator<Item = &str> {
     const FOLDERS: [&str; 6] = ["src", "tests", "msg_config", "launch_scripts", ".ci", ".config"];
     let words = text.split(|end: char| end.is_whitespace() || "`\"'()[]|,;=".contains(end));
