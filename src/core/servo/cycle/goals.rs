@@ -77,6 +77,7 @@ impl Servo {
         let (tolerance, timeout) = (self.settings.goal_tolerance, self.settings.progress_timeout);
         // A new motion does not inherit the state of a revoked one.
         let is_revoked = self.requests.consent().revocation().is_some();
+        let is_elsewhere = by_joints && !self.offers_present_goal();
         let mut before = self.mode.pursuit_mut().filter(|_| !is_revoked);
         if let Some(pursuit) = &mut before {
             let silence = now.saturating_sub(pursuit.received);
@@ -90,7 +91,7 @@ impl Servo {
         }
         let mut next = Pursuit::new(goal, stamp, asker, now, self.output.command.len());
         next.by_joints = by_joints;
-        if let Some(pursuit) = before.filter(|before| !before.by_joints && !by_joints) {
+        if let Some(pursuit) = before.filter(|before| before.by_joints == by_joints && !is_elsewhere) {
             next.take_over(pursuit, &tolerance);
         }
         self.enter(Mode::Goal(Box::new(next)), Outcome::Replaced);

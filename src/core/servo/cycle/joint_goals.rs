@@ -17,12 +17,11 @@ impl Servo {
         self.watch_frame(now);
         let request = self.hear_goal(sent, now, goal.is_ok());
         let goal = self.counted(goal.and_then(|goal| self.acceptable(goal, sent.ago, &request, now)))?;
-        let (line, Settings { limits, goal_tolerance, .. }) = (&self.joint_line, &self.settings);
-        let is_same = line.is_near(&line.offered, limits, goal_tolerance);
+        let is_same = self.offers_present_goal();
+        let streams = self.pursue(goal, true, stamp, request.by, now);
         let before = self.time_left_on_joint_line();
         self.joint_line.accept();
         let after = self.time_left_on_joint_line();
-        let streams = self.pursue(goal, true, stamp, request.by, now);
         if let Some(pursuit) = self.mode.pursuit_mut().filter(|_| streams) {
             pursuit.watch.oscillation.goal_moved(before, after);
             if !is_same {
@@ -35,6 +34,13 @@ impl Servo {
             self.robot.link.try_again();
         }
         Ok(())
+    }
+
+    /// Returns whether the offered joint goal is the end of the joint line within the tolerances, so that reaching one reaches the
+    /// other.
+    pub(super) fn offers_present_goal(&self) -> bool {
+        let (line, Settings { limits, goal_tolerance, .. }) = (&self.joint_line, &self.settings);
+        line.is_near(&line.offered, limits, goal_tolerance)
     }
 
     /// Checks the positions of a joint goal, and completes them in `joint_line.offered`. Returns the pose there.
