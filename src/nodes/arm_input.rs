@@ -18,6 +18,8 @@ pub(super) type JointStates = Arc<Subscription<JointState>>;
 /// The input from one arm.
 pub(super) struct ArmInput {
     joints: JointOrder,
+    /// The joints of the other arm, if its joint states come on the same topic.
+    others: Option<JointOrder>,
     joint_states: JointStates,
     /// The speed scaling that the robot reports; `None` if the node may not subscribe to it.
     speed_scaling: Option<Subscription<Float64>>,
@@ -56,6 +58,7 @@ pub(super) fn subscribe(
             speed_scaling.inspect_err(|why| node.log().warn(&format!("no speed scaling: {why}")));
         Ok(ArmInput {
             joints,
+            others: None,
             joint_states: Arc::new(joint_states?),
             speed_scaling: speed_scaling.ok(),
             state: JointState::default(),
@@ -65,20 +68,30 @@ pub(super) fn subscribe(
             speed: ArmSpeed::default(),
         })
     };
-    kind.arms().iter().zip(joints).map(subscribe).collect()
+    let mut arms = kind.arms().iter().zip(joints).map(subscribe).collect::<Result<Vec<_>, RosError>>()?;
+    if let [left, right] = arms.as_mut_slice()
+        && left.joint_states.topic() == right.joint_states.topic()
+    {
+        (left.others, right.others) = (Some(right.joints.clone()), Some(left.joints.clone()));
+    }
+    Ok(arms)
 }
 
 impl ArmInput {
     /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed scaling. The topic may also
     /// carry the joint states of a gripper, so the last joint state that matches the arm counts.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
-        let Self { joints, joint_states, speed_scaling, state, publishers, clock, stamp, speed } = self;
+        let Self { joints, others, joint_states, speed_scaling, state, publishers, clock, stamp, speed } =
+            self;
         // A simulated clock advances in steps and may be slow, so its stamps do not show how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let mut malformed = joint_states.each_over(state, |state, origin| {
             // Publishers of other joints, such as those of grippers, get no number, so that they do not displace the arm's
             // publisher.
             let is_arm = joints.has_any_of(&state.name);
+            if !is_arm && others.as_ref().is_some_and(|others| others.has_any_of(&state.name)) {
+                return;
+            }
             let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
             // The servo counts a rejection, and the report logs it.
             let taken = record.take(servo, Event::JointState(arm, joint_reading(state, source, real)));

@@ -64,16 +64,16 @@ fn a_host_with_many_networks_uses_those_that_lead_to_others() {
     let mut host = Host::without_network();
     host.shell(
         "ip link set lo up && for i in 0 1 2 3 4 5 6; do
-            ip link add eth$i type veth peer name far$i && ip address add 10.79.$i.2/24 dev eth$i &&
-            ip link set eth$i up && ip link set far$i up; done && ip route add default via 10.79.0.1",
+            ip link add net$i type veth peer name far$i && ip address add 10.79.$i.2/24 dev net$i &&
+            ip link set net$i up && ip link set far$i up; done && ip route add default via 10.79.0.1",
     );
     host.start("plant", &["puma560"]);
     let log = host.file("servo.log", "");
     host.start_logging_to("servo", &[&["servo"], &FAST[..]].concat(), File::create(&log).unwrap());
-    wait_for_text(&log, "7 network interfaces: eth0 used, eth1, eth2, eth3, eth4, eth5, eth6 left out");
+    wait_for_text(&log, "7 network interfaces: net0 used, net1, net2, net3, net4, net5, net6 left out");
     wait_for_text(&log, "waiting_for_state -> holding");
     host.output(&FAR);
     // With all interfaces, each of them sends thousands of packets in this time.
-    host.shell("test $(ip -s link show eth3 | awk '/TX:/ { getline; print $2 }') -lt 100");
-    host.shell("test $(ip -s link show eth0 | awk '/TX:/ { getline; print $2 }') -gt 100");
+    host.shell("test $(ip -s link show net3 | awk '/TX:/ { getline; print $2 }') -lt 100");
+    host.shell("test $(ip -s link show net0 | awk '/TX:/ { getline; print $2 }') -gt 100");
 }

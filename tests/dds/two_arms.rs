@@ -1,9 +1,11 @@
 //! Tests the servo for the two arms of one description, whose joints differ by a prefix.
 
+use crate::described::wait_for_text;
 use crate::host::{Host, assert_success};
 use crate::replay::{assert_replays, place};
 use dq_config::{DualParameters, NodeParameters};
 use dq_params::{ParameterOverride, Value};
+use std::fs::File;
 
 const BAXTER: &str = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/baxter.urdf");
 const BASE: &str = "base_frame:=torso";
@@ -50,6 +52,24 @@ fn both_arms_of_a_robot_with_one_topic_of_joint_states_move_to_a_relative_pose()
     assert_success(&plot);
     let motions: Vec<serde_json::Value> = serde_json::from_slice(&plot.stdout).unwrap();
     assert!(motions.len() == 1 && motions[0]["path_length_m"].as_f64().unwrap() > 0.01, "{motions:?}");
+}
+
+#[test]
+fn joint_states_of_both_arms_that_come_in_turn_on_one_topic_are_not_rejected() {
+    let mut host = Host::new();
+    for (side, tool) in [("left", "tool_frame:=left_gripper"), ("right", "tool_frame:=right_gripper")] {
+        let namespace = format!("__ns:=/{side}");
+        let topic = ["-r", "joint_states:=/joint_states"];
+        let arm = ["arm", "--ros-args", "-r", &namespace, "-p", BAXTER, "-p", BASE, "-p", tool];
+        host.start(side, &[&arm[..], &topic].concat());
+    }
+    let log = host.file("servo.log", "");
+    let arms = ["dual", "--ros-args", "-p", BAXTER, "-p", BASE, "-p", TOOLS[0], "-p", TOOLS[1]];
+    host.start_logging_to("servo", &[&arms[..], &ONE_TOPIC].concat(), File::create(&log).unwrap());
+    wait_for_text(&log, "waiting_for_state -> holding");
+    host.shell("sleep 1.5");
+    let log = std::fs::read_to_string(&log).unwrap();
+    assert!(!log.contains("rejected"), "{log}");
 }
 
 #[test]
