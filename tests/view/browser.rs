@@ -230,9 +230,9 @@ fn unrelated_signals_do_not_end_a_program_and_a_time_limit_does() {
 fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table() {
     let mut host = Host::new();
     // The motion is slow, so that the browser connects in time.
-    let arguments = ["demo", "--listen", "127.0.0.1:8124", "--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
+    let arguments = ["demo", "--listen", "127.0.0.1:8123", "--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
     let demo = host.start_with("demo", &arguments, &[("DQ_SERVO_VIEW_TOKEN", TOKEN)]);
-    let link = format!("http://127.0.0.1:8124/?token={TOKEN}");
+    let link = format!("{PLACE}{TOKEN}");
     wait_for_line(demo, &format!("watch the arm move: {link}"));
     Browser::start(&host, "demo", &link).until("done");
     let mut line = String::new();
