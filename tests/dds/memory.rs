@@ -13,7 +13,7 @@ fn growth(host: &Host, count: u32, length: u32) -> f64 {
 #[test]
 fn thousands_of_goals_and_goals_in_frames_of_100_kb_leave_nothing_behind() {
     let host = Host::with_both_nodes();
-    growth(&host, 10_000, 0);
+    growth(&host, 30_000, 0);
     let small = growth(&host, 20_000, 0);
     assert!(small < 2.0, "{small} MB for 20 000 goals");
     growth(&host, 300, 100_000);
