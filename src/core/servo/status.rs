@@ -69,7 +69,8 @@ pub struct Status {
     pub gain_factor: f64,
 }
 
-/// A robot that moves at less than this fraction of the commanded speed was told to move slowly.
+/// If a robot moves at less than this fraction of the commanded speed, the servo assumes that somebody has told the robot to move
+/// slowly.
 const SLOW: f64 = 0.7;
 
 /// Returns the name of the joint `number`, counted from 1, arm after arm. `joints` are the names of all joints in that order.

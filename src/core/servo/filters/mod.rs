@@ -37,13 +37,13 @@ pub(super) struct FilterInput<'a> {
 /// The goal of the law, and how to move to it.
 #[derive(Clone)]
 pub(super) struct LawGoal<'a> {
-    /// The goal with the chosen sign.
+    /// The goal pose. The quaternions q and −q are the same pose; this is the one with the sign that the servo has chosen.
     pub pose: UnitDualQuaternion,
     /// The memory of the law after this cycle.
     pub memory: LawMemory,
     /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
-    /// The largest rate that the robot's delay allows the law.
+    /// The largest rate at which the law may reduce the error. The robot's delay determines this rate.
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
