@@ -117,7 +117,7 @@ struct Xml {
 }
 
 impl Xml {
-    /// Inside the robot element, writes `text` in place of `read`. Outside of it, writes only the line ends of `read`.
+    /// Inside the robot element, writes `text` in place of `read`. Outside of that element, writes only the line ends of `read`.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());

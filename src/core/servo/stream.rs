@@ -222,8 +222,8 @@ impl GoalStream {
     /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` tells
     /// whether position and rotation move independently of the tool. If not, they count as standing.
     ///
-    /// Extrapolates for at most the longest recent age of a pose. Then, for the same time again, returns the last extrapolated pose
-    /// with a twist of zero.
+    /// Extrapolates from the newest pose for at most the largest recent age of a pose. After that, the goal counts as standing at
+    /// the last extrapolated pose for the same time again; then this returns `None`.
     pub fn at(&self, now: Duration, by_itself: [bool; 2]) -> Option<MovingGoal> {
         let fit = self.believed(by_itself)?;
         let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());

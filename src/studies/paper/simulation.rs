@@ -16,8 +16,8 @@ pub struct Trajectory {
     pub states: Vec<Vec<f64>>,
 }
 
-/// The time between two samples \[s\]. It is short enough for the first hundredth of a second of diffc's motion, which covers a
-/// third of the path.
+/// The time between two samples \[s\]. This time is short enough for the beginning of diffc's motion: the tool covers a third of
+/// the path in the first hundredth of a second.
 pub const INTERVAL: f64 = 1e-3;
 
 /// The relative tolerance of an integration step.

@@ -25,8 +25,8 @@ const LEAVING: f64 = 0.1;
 /// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
 const JOINT_WEIGHT: f64 = 1e-2;
 
-/// Pairs are checked if the desired velocity could close their gap to within this distance \[m\]. The margin is necessary because
-/// the constrained velocity has another direction.
+/// A margin on the distance up to which pairs are checked \[m\]. It is necessary because the constrained velocity has another
+/// direction than the desired velocity.
 const AROUND: f64 = 0.05;
 
 /// Largest number of gaps that constrain the velocity.
