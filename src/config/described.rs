@@ -21,7 +21,7 @@ pub(super) struct Described {
     source: String,
     /// The path of the file, if the description comes from a file.
     file: Option<PathBuf>,
-    /// A message about an irregularity in the description that did not prevent reading.
+    /// A message about an irregularity in the description, if there is one with which the description can still be read.
     odd: Option<String>,
     /// The arm between the two frames.
     pub arm: DescribedArm,
@@ -29,7 +29,7 @@ pub(super) struct Described {
     frames: [String; 2],
     /// Other links that could be the tool frame; `None` if both frames were given.
     alternatives: Option<Vec<String>>,
-    /// The right one of two different arms.
+    /// The right one of two different arms; `None` for a single arm, or if both arms are alike.
     pub right: Option<Box<Self>>,
 }
 
@@ -221,7 +221,7 @@ impl Described {
         ))
     }
 
-    /// Returns a warning if limits in the description seem to be in degrees.
+    /// Returns a warning if limits in the description seem to be in degrees, not in radians.
     pub fn degrees(&self, given: &GivenLimits) -> Option<String> {
         /// Usual position limits of joints in degrees. In radians they would be more than two turns.
         const POSITIONS: RangeInclusive<f64> = 15.0..=1e3;

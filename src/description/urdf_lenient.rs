@@ -92,13 +92,14 @@ impl<'a> Tag<'a> {
     }
 }
 
-/// Reads the end of a tag. Returns whether the tag is an empty element, and the rest of the text.
+/// Reads the end of a tag. Returns whether the tag is an empty element, and the rest of the text; `None` if the tag does not end
+/// here.
 fn ending(text: &str) -> Option<(bool, &str)> {
     let whole = text.strip_prefix("/>").map(|after| (true, after));
     whole.or_else(|| text.strip_prefix('>').map(|after| (false, after)))
 }
 
-/// Reads a name. Returns the name with the rest of the text.
+/// Reads a name. Returns the name with the rest of the text; `None` if there is no name.
 fn name(text: &str) -> Option<(&str, &str)> {
     let is_first = |c: char| c.is_ascii_alphabetic() || !c.is_ascii() || [':', '_'].contains(&c);
     let is_more = |c: char| is_first(c) || c.is_ascii_digit() || ['.', '-'].contains(&c);

@@ -205,7 +205,7 @@ fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result
     })
 }
 
-/// Parses a number that is within the bounds of a robot.
+/// Parses a number; `None` if the text is not a number, or the number is too large for a robot.
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
 }

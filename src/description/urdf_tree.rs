@@ -214,7 +214,7 @@ impl<'a> Tree<'a> {
         Ok(found)
     }
 
-    /// Returns the joint with this name.
+    /// Returns the joint with this name, if there is one.
     pub fn joint(&self, name: &str) -> Option<Node<'a, 'a>> {
         self.by_name.get(name).copied()
     }

@@ -14,7 +14,7 @@ pub enum ParameterError {
     Unknown {
         /// The requested name.
         name: String,
-        /// The declared name that is most similar.
+        /// The declared name that is most similar; `None` if no name is similar enough.
         nearest: Option<&'static str>,
     },
     /// The value has the wrong type.

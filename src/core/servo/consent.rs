@@ -98,7 +98,7 @@ impl Consent {
         self.request.as_ref()
     }
 
-    /// Returns the last revocation.
+    /// Returns the last revocation, or `None` if there was none.
     pub fn last_revocation(&self) -> Option<&Revoked> {
         self.revoked.as_ref()
     }
@@ -161,7 +161,7 @@ impl Push {
 pub(super) struct MotionRequests {
     consent: Consent,
     pub(super) pushes: Vec<Push>,
-    /// When a twist last moved the arm. This twist revokes every goal pushed until then.
+    /// When a twist last moved the arm, if one has. This twist revokes every goal pushed until that time.
     jogged: Option<Revoked>,
 }
 

@@ -45,13 +45,13 @@ pub struct Servo {
     settings: Settings,
     /// Number of times that the settings were changed.
     configurations: u64,
-    /// When the settings were last changed.
+    /// When the settings were last changed; `None` if they never were.
     configured: Option<Duration>,
     clock: Clock,
     /// The requests, and the consent that follows from them.
     requests: MotionRequests,
     mode: Mode,
-    /// The goal that the program has set by [`Servo::set_goal`] since the last cycle.
+    /// The goal that the program has set by [`Servo::set_goal`] since the last cycle, if any.
     set: Option<UnitDualQuaternion>,
     /// The recent goals of a stream. They show how the goal moves, and whether the tool carries it.
     stream: GoalStream,

@@ -88,13 +88,13 @@ pub(super) struct Pursuit {
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Record {
     pub meter: Option<MotionMeter>,
-    /// When the motion began, and the controlled pose at that time.
+    /// When the motion began, and the controlled pose at that time; `None` until the servo has measured the pose.
     pub start: Option<(Duration, UnitDualQuaternion)>,
     /// The largest commanded speed of each joint so far, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
     /// When the smallest singular value was last computed.
     pub looked: Duration,
-    /// The last recorded outcome of the motion.
+    /// The last recorded outcome of the motion; `None` before the first.
     pub outcome: Option<Outcome>,
     /// The recent errors.
     pub trend: ErrorTrend,

@@ -54,8 +54,8 @@ impl Progress {
     }
 }
 
-/// Returns whether `error` is below the `smallest` error so far by the fraction `share` of it or by `amount`. If so, stores `error`
-/// as the smallest.
+/// Returns whether `error` is below the `smallest` error so far by `amount`, or by the fraction `share` of the smallest error. If
+/// so, stores `error` as the smallest.
 fn shrinks(smallest: &mut f64, error: f64, amount: f64, share: f64) -> bool {
     let first = smallest.is_infinite() && error.is_finite();
     let shrinks = first || (error < *smallest && error <= *smallest - amount.min(share * *smallest));

@@ -149,7 +149,7 @@ impl RejectionCounts {
         self.counts.iter().map(|(_, count)| count).sum()
     }
 
-    /// Returns the last rejection.
+    /// Returns the last rejection, or `None` if there was none.
     pub fn last(&self) -> Option<&Rejection> {
         self.last.as_ref()
     }

@@ -189,7 +189,7 @@ impl GoalStream {
     }
 
     /// Fits a motion to the poses by least squares. Fewer than three poses give a constant twist; otherwise the twist changes at a
-    /// constant rate.
+    /// constant rate. Returns `None` if the poses span no time.
     fn find_fit(&self) -> Option<Fit> {
         let (first, newest) = (self.samples.front()?, self.samples.back()?);
         let span = seconds(newest.time.saturating_sub(first.time));

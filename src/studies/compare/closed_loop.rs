@@ -191,7 +191,7 @@ impl Driver {
         Ok(())
     }
 
-    /// Returns the arm at its last measured positions.
+    /// Returns the arm at its last measured positions; `None` before the first measurement.
     fn arm(&self) -> Option<&Arms> {
         match self {
             Self::Law(law) => Some(&law.arms),

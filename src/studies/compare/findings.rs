@@ -68,7 +68,7 @@ impl Findings {
         })
     }
 
-    /// Returns the results of a law on `arm`, which may also be `all`.
+    /// Returns the results of a law on `arm`, which may also be `all`; `None` if the findings do not have this cell.
     pub fn cell(&self, matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Option<&Cell> {
         let key = Key::new(matched, law, arm, limits, plant);
         self.cells.iter().find(|cell| cell.key == key)
@@ -114,12 +114,12 @@ impl Findings {
         gains.all(Gain::is_matched)
     }
 
-    /// Returns how old joint states may be for a law.
+    /// Returns how old joint states may be for a law; `None` if the findings do not have this law.
     pub fn ageing(&self, law: Law, limits: bool) -> Option<&Ageing> {
         self.ageing.iter().find(|ageing| ageing.law == law.name() && ageing.limits == limits)
     }
 
-    /// Returns the median time of a step \[ns\].
+    /// Returns the median time of a step \[ns\]; `None` if it was not measured.
     pub fn step_ns(&self, law: Law) -> Option<f64> {
         self.step_times.iter().find(|time| time.law == law.name()).map(|time| time.ns[0])
     }

@@ -140,7 +140,7 @@ impl Ages<'_> {
         tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
     }
 
-    /// Returns whether a task settles with the plant `plant` of the comparison.
+    /// Returns whether a task settles with the plant `plant` of the comparison; `None` if the comparison has no such run.
     fn settles(&self, task: ArmTask, plant: &str) -> Option<bool> {
         let arm = &self.study.arms[task.arm].name;
         let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);

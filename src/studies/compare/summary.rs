@@ -108,8 +108,9 @@ pub struct Cell {
     /// failed run counts as later than the horizon. If an end of the interval equals the horizon, the true end is beyond the
     /// horizon.
     pub settling_s: Option<Interval>,
-    /// The number of tasks for the medians of path, overshoot, effort and speed. These are the tasks that settle under every law.
-    /// Laws under which fewer than half of all tasks settle do not count; `None` if the law of this cell is one of these.
+    /// The number of tasks for the four medians below, which are `None` if there is no such task. These are the tasks that settle
+    /// under every law. Laws under which fewer than half of all tasks settle do not count; `None` if the law of this cell is one of
+    /// these.
     pub common: Option<usize>,
     /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,
@@ -235,7 +236,7 @@ impl Summary {
     }
 }
 
-/// Returns the median of the finite values, with its interval.
+/// Returns the median of the finite values, with its interval; `None` if no value is finite.
 fn median(values: impl Iterator<Item = f64>, z: f64) -> Option<Interval> {
     let mut values: Vec<_> = values.filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);

@@ -105,7 +105,7 @@ impl TaskSpaceLogc {
     }
 
     /// Returns the time from which the three components with the indices from `first` to `first + 2` stay below 2 % of their
-    /// initial size \[s\].
+    /// initial size \[s\]; `None` if there is no such time.
     fn settled(&self, first: usize) -> Option<f64> {
         let size = |half_log: &Vector6<f64>| half_log.fixed_rows::<3>(first).norm();
         let mut settling = Settling::new(self.half_logs.first().map_or(0.0, size), 0.0);

@@ -33,11 +33,11 @@ pub(super) struct Output {
 /// The obstacles that keep a driven arm from its desired motion.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hindrance {
-    /// The joint (counted from 1) stopped by its position limit.
+    /// The joint (counted from 1) that its position limit stops, if any.
     pub at_limit: Option<usize>,
-    /// The pair that would come too close to each other.
+    /// The pair of parts that would come too close to each other, if any.
     pub pair: Option<ClosePair>,
-    /// The closest pair of parts among those that were checked.
+    /// The closest of the pairs that were checked; `None` if no pair was near.
     pub closest: Option<ClosePair>,
 }
 

@@ -17,7 +17,7 @@ const STABLE: f64 = 1.0;
 const AT_REST: Duration = Duration::from_secs(1);
 const SAGGING: f64 = 5e-3;
 
-/// Returns the joint (counted from 0) with the largest absolute speed, and its speed.
+/// Returns the joint (counted from 0) with the largest absolute speed, and its signed speed; `None` if there are no joints.
 pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     speeds.enumerate().max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))
 }

@@ -116,7 +116,7 @@ impl Servo {
         }
     }
 
-    /// Returns the current goal at time `now`, with the error of the arm.
+    /// Returns the current goal at time `now`, with the error of the arm; `None` without a goal, or before the first joint state.
     pub(super) fn track(&mut self, now: Duration) -> Option<Tracked> {
         self.robot.link.received()?;
         let pose = self.robot.arms.pose();

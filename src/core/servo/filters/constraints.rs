@@ -49,11 +49,11 @@ pub(super) struct Constraints {
     slope: Vec<f64>,
     /// For each gap constraint, the index of its pair in `near`. The gap constraints follow the constraints of the joints.
     owners: Vec<usize>,
-    /// The closest of the pairs that were checked.
+    /// The closest of the pairs that were checked; `None` if no pair was near.
     pub closest: Option<ClosePair>,
-    /// The pair that keeps the arm from the desired velocity.
+    /// The pair that keeps the arm from the desired velocity, if any.
     pub held_by: Option<ClosePair>,
-    /// The first joint (counted from 0) stopped by its position limit.
+    /// The first joint (counted from 0) that its position limit stops, if any.
     pub held_back: Option<usize>,
 }
 

@@ -37,7 +37,7 @@ pub(super) struct Stoppable {
     slope: Vec<f64>,
     slowed: Vec<f64>,
     places: u32,
-    /// The pair for which the last command was rejected.
+    /// The pair for which the last command was rejected; `None` if the command was accepted.
     pub held_by: Option<ClosePair>,
 }
 
@@ -367,7 +367,7 @@ fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
 }
 
 impl Stoppable {
-    /// Slows `velocity`, one number per joint [rad/s, prismatic: m/s], if the arm could not be stopped after it.
+    /// Slows `velocity`, one number per joint [rad/s, prismatic: m/s], if the arm could not be stopped after this velocity.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         self.held_by = None;
         let Some(scene) = &input.settings.scene else { return };
