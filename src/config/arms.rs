@@ -19,7 +19,7 @@ pub const ARMS: [(&str, &str); 9] = [
     arm!("iiwa14"),
 ];
 
-/// Returns the name and the parameter file of the built-in arm `name`.
+/// Returns the name and the parameter file of the built-in arm `name`; `None` if no built-in arm has this name.
 pub fn arm_file(name: &str) -> Option<(&'static str, &'static str)> {
     ARMS.into_iter().find(|(known, _)| *known == name)
 }

@@ -22,7 +22,7 @@ pub struct ArmParameters {
     pub tool_frame: String,
     /// The control period of the node.
     pub period: Duration,
-    /// The SCHED_FIFO priority of the cycle's thread; 0 for none.
+    /// The SCHED_FIFO priority of the cycle's thread; 0 for a normal thread.
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
@@ -31,7 +31,7 @@ pub struct ArmParameters {
 }
 
 impl ArmParameters {
-    /// Returns the name of the joint that moves each link, base first. Mimic joints are included.
+    /// Returns, for each link, the name of the joint that moves the link, base first. Mimic joints are included.
     pub(super) fn link_joints(&self) -> Vec<String> {
         match &self.description {
             None => self.joints.clone(),
@@ -61,7 +61,7 @@ impl CycleParameters {
         period(self.update_rate)
     }
 
-    /// Returns the SCHED_FIFO priority; 0 for none.
+    /// Returns the SCHED_FIFO priority; 0 for a normal thread.
     pub fn priority(&self) -> u8 {
         u8::try_from(self.realtime_priority).unwrap_or(0)
     }
@@ -213,7 +213,7 @@ pub(super) fn exactly_or_none(name: &'static str, list: &[f64], count: usize) ->
     if list.is_empty() { Ok(()) } else { exactly(name, list, count) }
 }
 
-/// Checks that no angle is larger than a turn. A larger angle indicates a table in degrees.
+/// Checks that no angle is larger than a full turn. A larger angle is probably in degrees.
 fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterError> {
     let expected = "radians, -2π to 2π (are these degrees?)";
     let large = angles.iter().find(|angle| angle.abs() > TAU);
@@ -232,7 +232,7 @@ pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> PoseNumbers {
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
 
-/// Returns the pose that the parameter `name` has, given by `numbers`.
+/// Returns the pose with these `numbers`, which are the value of the parameter `name`.
 pub(super) fn pose(name: &'static str, numbers: PoseNumbers) -> Result<UnitDualQuaternion, ParameterError> {
     let [x, y, z, orientation @ ..] = numbers;
     let invalid = |why| ParameterError::invalid(name, format!("{numbers:?}"), format!("a pose: {why}"));

@@ -13,8 +13,8 @@ use std::time::Duration;
 named! {
     /// The QoS reliability with which the servo subscribes to joint states.
     "reliability" StatesReliability {
-        /// Reliable, until a publisher appears that offers only best effort. From then on best effort, with which the servo also
-        /// receives from reliable publishers.
+        /// Reliable, until a publisher appears that offers only best effort. From then on best effort, because the servo then
+        /// receives from publishers of both kinds.
         Auto = "auto",
         /// Publishers send lost joint states again. The servo does not receive from publishers that offer only best effort.
         Reliable = "reliable",
@@ -42,7 +42,7 @@ pub struct ServoParameters {
     pub joint_states: StatesReliability,
     /// The control period of the node.
     pub period: Duration,
-    /// The SCHED_FIFO priority of the cycle's thread; 0 for none.
+    /// The SCHED_FIFO priority of the cycle's thread; 0 for a normal thread.
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
@@ -85,7 +85,7 @@ impl From<DampingParameters> for Damping {
 }
 
 impl CommonParameters {
-    /// Builds the servo's parameters for `arm`, or for `arm` on the left and another arm on the right.
+    /// Builds the servo's parameters for `arm` alone or, with `right`, for `arm` on the left and another arm on the right.
     ///
     /// # Errors
     /// [`ParameterError`] if values contradict each other.
@@ -144,7 +144,7 @@ pub(super) struct Frames {
     pub tool: String,
 }
 
-/// Converts the error of settings that a running servo would also reject.
+/// Converts an error of settings into the error of a parameter.
 fn invalid(why: SettingsError) -> ParameterError {
     ParameterError::invalid("settings", "as given", format!("settings that a servo takes: {why}"))
 }

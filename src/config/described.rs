@@ -21,7 +21,7 @@ pub(super) struct Described {
     source: String,
     /// The path of the file, if the description comes from a file.
     file: Option<PathBuf>,
-    /// A message about an irregularity in the description that did not prevent reading.
+    /// A message about an irregularity in the description, if there is one with which the description can still be read.
     odd: Option<String>,
     /// The arm between the two frames.
     pub arm: DescribedArm,
@@ -29,7 +29,7 @@ pub(super) struct Described {
     frames: [String; 2],
     /// Other links that could be the tool frame; `None` if both frames were given.
     alternatives: Option<Vec<String>>,
-    /// The right one of two different arms.
+    /// The right one of two different arms; `None` for a single arm, or if both arms are alike.
     pub right: Option<Box<Self>>,
 }
 
@@ -58,7 +58,7 @@ impl Described {
         Ok(Some(left))
     }
 
-    /// Reads the right arm, from its own description or from this one. Returns `None` if no parameter is about it.
+    /// Reads the right arm, from its own description or from this one. Returns `None` if no parameter is about the right arm.
     fn find_right(&self, given: &[ParameterOverride]) -> Result<Option<Self>, ParameterError> {
         let frames = ["right_base_frame", "right_tool_frame"].map(|name| text(given, name));
         if let Some(own) = GivenText::find(given, ["right_robot_description", "right_robot_file"])? {
@@ -221,7 +221,7 @@ impl Described {
         ))
     }
 
-    /// Returns a warning if limits in the description seem to be in degrees.
+    /// Returns a warning if limits in the description seem to be in degrees, not in radians.
     pub fn degrees(&self, given: &GivenLimits) -> Option<String> {
         /// Usual position limits of joints in degrees. In radians they would be more than two turns.
         const POSITIONS: RangeInclusive<f64> = 15.0..=1e3;
@@ -292,7 +292,7 @@ impl Described {
     }
 }
 
-/// Returns whether these values name the frames of an arm but do not describe the arm.
+/// Returns whether the `given` values name the frames of an arm but do not describe the arm.
 pub fn is_awaited(given: &[ParameterOverride]) -> bool {
     let is_given = |name: &str| text(given, name).is_some();
     (is_given("base_frame") || is_given("tool_frame"))
@@ -306,7 +306,7 @@ pub(super) fn read(text: &str, source: &str, base: &str, tool: &str) -> Result<D
     Description::read(text, base, tool).map_err(|why| error(source, &why))
 }
 
-/// Returns the kinematics of a described arm, after a check of its joint names, which the parameter `name` has.
+/// Checks the joint names of a described arm, and returns the arm's kinematics. `name` is the parameter that has the joint names.
 pub(super) fn chain(
     described: &Description,
     name: &'static str,

@@ -18,8 +18,8 @@ pub(super) struct Dynamics {
 
 impl Dynamics {
     /// Computes the limits of a joint from the `limits` in its description and its speed limit `velocity`. As in URDF, a missing
-    /// deceleration equals the acceleration, and a missing jerk is unlimited. Each limit is at least so large that the joint stops
-    /// within [`STOP_TIME`].
+    /// deceleration equals the acceleration, and a missing jerk is unlimited. The deceleration is at least large enough to stop the
+    /// joint within [`STOP_TIME`], and the jerk to reach the other limits within [`RAMP_TIME`].
     pub fn of(limits: &JointLimits, velocity: f64) -> Self {
         let given =
             |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));
@@ -34,13 +34,13 @@ impl Dynamics {
     }
 }
 
-/// Returns the numbers for the joints of all arms, which have these numbers of joints. If both of two arms have one number per joint in
-/// `list`, the list counts for each of them.
+/// Returns `list` for the joints of all arms. `joints` are the numbers of joints of the arms. If there are two arms with as many
+/// joints as the list has numbers, the list counts for each arm.
 pub(super) fn for_each_arm(list: Vec<f64>, joints: &[usize]) -> Vec<f64> {
     if joints.iter().all(|count| *count == list.len()) { list.repeat(joints.len()) } else { list }
 }
 
-/// Returns the speed limit of a joint if it is valid.
+/// Returns the speed limit of a joint; `None` if the limit is missing or invalid.
 pub(super) fn speed(limits: &JointLimits) -> Option<f64> {
     limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
 }
@@ -55,8 +55,8 @@ pub(super) struct GivenLimits {
 }
 
 impl GivenLimits {
-    /// Collects the joint limits among these values, for arms with these numbers of joints. Limits for one arm of two equally long
-    /// arms are those of both.
+    /// Collects the joint limits among these values, for arms with these numbers of joints. If there are two arms with equally many
+    /// joints, limits for one arm count for both.
     pub fn find(given: &[ParameterOverride], joints: &[usize]) -> Self {
         let list = |name: &str| {
             let last = given.iter().rev().find(|value| value.name == name)?;

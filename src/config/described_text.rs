@@ -18,7 +18,8 @@ pub(super) struct GivenText<'a> {
 }
 
 impl<'a> GivenText<'a> {
-    /// Returns the text that one of these parameters gives: the first has a text, the second the name of a file.
+    /// Returns the text that one of two parameters gives; `None` if neither is set. The first parameter has the text, the second
+    /// has the name of a file.
     pub fn find(
         given: &'a [ParameterOverride],
         [name, of_file]: [&'static str; 2],
@@ -41,8 +42,8 @@ fn read_file(file: &str) -> Result<Vec<u8>, ParameterError> {
     text_file::bytes(Path::new(file), LONGEST_DESCRIPTION as u64).map_err(error)
 }
 
-/// Returns the text of `bytes`. If they are not UTF-8, reads them as Latin-1, in which every byte is a character, and also returns
-/// a message.
+/// Returns the text of `bytes`. If the bytes are not UTF-8, reads them as Latin-1, in which every byte is a character, and also
+/// returns a message.
 pub(super) fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     match str::from_utf8(&bytes) {
         Ok(text) => (text.to_owned(), None),
@@ -54,7 +55,8 @@ pub(super) fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     }
 }
 
-/// Returns the error for the text of the parameter `name` that has no XML element. The parameter `of_file` takes the name of a file.
+/// Returns the error for `text`, which has no XML element. The text is the value of the parameter `name`. The parameter `of_file`
+/// takes the name of a file.
 fn no_description(text: &str, [name, of_file]: [&str; 2]) -> ParameterError {
     let why = match text.contains('/') || text.contains(".urdf") {
         true => format!("is a path, not a URDF: give a file as {of_file}"),
@@ -64,7 +66,8 @@ fn no_description(text: &str, [name, of_file]: [&str; 2]) -> ParameterError {
     ParameterError::File { file: name.to_owned(), why }
 }
 
-/// Returns the last of the `given` values with the name `name`. `None` if its text is empty, which is the default.
+/// Returns the last of the `given` values with the name `name`. Returns `None` if there is none, or if the value is the empty text,
+/// which is the default.
 pub(super) fn text<'a>(given: &'a [ParameterOverride], name: &str) -> Option<&'a str> {
     let values = given.iter().rev().filter(|value| value.name == name);
     let mut texts =

@@ -11,8 +11,8 @@ const HEAD: &str = "\
 /// Returns all parameters of all nodes as a Markdown table, from their declarations. A parameter has one row if several nodes
 /// declare it identically.
 ///
-/// The default in the table is the value in a node that starts without any settings. For a value that belongs to the built-in arm,
-/// the table has "the arm's".
+/// The default in the table is the value in a node that starts without any settings. If that value comes from the built-in arm, the
+/// table has the text "the arm's".
 ///
 /// # Errors
 /// The errors of [`nodes`].

@@ -107,7 +107,8 @@ impl Parameters for DualParameters {
     }
 }
 
-/// Returns the frames of the two tools. If both have one name, they differ by a prefix: the namespace of each plant.
+/// Returns the frames of the two tools. If both frames have the same name, or `right` is empty, each frame gets the name `left`
+/// with a prefix: the namespace of its plant.
 fn frames(left: &str, right: &str) -> Frames {
     if right.is_empty() || right == left {
         let [goal, tool] = ["left", "right"].map(|side| format!("{side}/{left}"));

@@ -16,7 +16,7 @@ pub struct GuardParameters {
     pub interface: Interface,
     /// The time without a command after which the guard stops a moving arm.
     pub command_timeout: Duration,
-    /// The SCHED_FIFO priority of the guard's thread; 0 for none.
+    /// The SCHED_FIFO priority of the guard's thread; 0 for a normal thread.
     pub realtime_priority: u8,
 }
 

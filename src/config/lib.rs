@@ -135,8 +135,8 @@ pub trait NodeParameters: Parameters + Send + 'static {
         Self::from_store(&store)
     }
 
-    /// Returns the value of the parameter `robot_description` of a node that was started with the description `text`: only the
-    /// part in use, which is the arm.
+    /// Returns the value that the parameter `robot_description` has after a start with the description `text`. This is only the
+    /// part of the description that the node uses: the arm.
     fn description_in_force(_text: String, arm: &DescribedArm) -> String {
         arm.urdf()
     }

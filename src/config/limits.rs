@@ -6,8 +6,8 @@ use dq_core::servo::{Limits, RAMP_TIME, STOP_TIME};
 use dq_kinematics::arm::JointKind;
 use dq_params::{ParameterError, exactly};
 
-/// Completes each list of limits, so that it has one number for each joint of these arms. A list may be for one of two arms with
-/// equally many joints; then it counts for both.
+/// Completes each list of limits, so that the list has one number for each joint of these arms. If there are two arms with equally
+/// many joints, a list for one arm counts for both.
 ///
 /// # Errors
 /// [`ParameterError::Invalid`] for a list of another length, and for limits with which a joint cannot accelerate or stop within
@@ -42,7 +42,7 @@ pub(super) fn complete(limits: &mut Limits, arms: &[&[JointKind]]) -> Result<(),
     check_ramps(limits, joints)
 }
 
-/// Fills an empty list with `count` times `none`. Checks the length of any other list.
+/// Fills an empty list with the value `none`, `count` times. Checks that any other list has `count` numbers.
 fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Result<(), ParameterError> {
     if list.is_empty() {
         list.resize(count, none);
@@ -86,8 +86,8 @@ pub(super) fn check_ranges(
     })
 }
 
-/// Checks the numbers in `list`, one per joint. `expected` returns a description of the valid numbers if the number of a joint
-/// (counted from 0) is invalid.
+/// Checks the numbers in `list`, one per joint. `expected` checks the number of a joint (counted from 0): if the number is invalid,
+/// `expected` returns a description of the valid numbers.
 fn check(
     name: &'static str,
     list: &[f64],

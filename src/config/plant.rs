@@ -124,8 +124,8 @@ impl Parameters for PlantParameters {
 }
 
 impl PlantParameters {
-    /// Returns a message about joints that start beyond their position limits; `None` if there are none. The simulated arm still
-    /// starts there. A real arm that somebody has pushed there would start there, too.
+    /// Returns a message about joints that start beyond their position limits; `None` if there are none. The simulated arm starts
+    /// there nevertheless, like a real arm that somebody has pushed there.
     pub fn beyond_limits(&self) -> Option<String> {
         let joints = self.arm.joints.iter().zip(self.arm.chain.kinds());
         let beyond = joints.zip(self.initial_positions.iter().zip(&self.limits)).filter_map(

@@ -103,7 +103,7 @@ impl SceneParameters {
     }
 }
 
-/// Returns the body of one arm, as the texts of the parameter `parameter` give it. The arm's base is at `base`.
+/// Returns the body of one arm from `texts`, the value of the parameter `parameter`. The arm's base is at `base`.
 fn body(
     parameter: &'static str,
     texts: &[String],

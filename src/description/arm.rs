@@ -6,7 +6,8 @@ use dq_kinematics::arm::{ArmError, Chain, Coupling, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// The reason why a robot description has no arm. Each error names the element. Text from the description is shortened.
+/// The reason why a robot description has no arm. Each error names the element. The error shortens text that comes from the
+/// description.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum DescriptionError {
@@ -71,7 +72,7 @@ pub enum DescriptionError {
         base: String,
         /// The name of the tool frame.
         tool: String,
-        /// The root of the chain on which the tool is.
+        /// The link at which the tool's chain begins.
         root: String,
     },
     /// Several chains could equally well be the arm.
@@ -132,8 +133,8 @@ pub struct JointLimits {
 }
 
 impl JointLimits {
-    /// Returns the position limits if they form a range. Limits larger than [`JOINT_ANGLE`] are reduced to that size, because they
-    /// do not restrict the joint.
+    /// Returns the position limits; `None` if they do not form a range. Limits larger than [`JOINT_ANGLE`] are reduced to that
+    /// size, because such limits do not restrict the joint.
     pub fn range(&self) -> Option<(f64, f64)> {
         let bound = |limit: f64| limit.clamp(-JOINT_ANGLE, JOINT_ANGLE);
         self.lower.map(bound).zip(self.upper.map(bound)).filter(|(lower, upper)| lower < upper)
@@ -251,15 +252,15 @@ pub struct DescribedArm {
     pub robot: String,
     /// All joints from the base to the tool, including fixed joints.
     pub joints: Vec<DescribedJoint>,
-    /// The joints that are mimicked by joints between base and tool, but are not between base and tool themselves. Their frames do
-    /// not matter.
+    /// The drivers, which joints between base and tool mimic, that are not between base and tool themselves. The frames of these
+    /// drivers do not matter.
     pub drivers: Vec<DescribedJoint>,
 }
 
 impl DescribedArm {
     /// Yields the joints that move on their own, base first. These are the joints between base and tool that mimic no other joint.
-    /// A driver that is not between base and tool replaces the first joint that mimics it. The limits of a driver are so narrow
-    /// that its mimic joints stay within their own limits.
+    /// A driver that is not between base and tool replaces the first joint that mimics it. The limits of a driver are narrow enough
+    /// to keep its mimic joints within their own limits.
     pub fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
         let mut elsewhere: Vec<_> = self.drivers.iter().collect();
         self.links().filter_map(move |joint| match &joint.mimic {

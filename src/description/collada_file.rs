@@ -59,7 +59,7 @@ fn check_depth(root: Node) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the text of the document without the declaration of its unit, and without the transforms of its nodes.
+/// Returns the text of the document without its declaration of the unit, and without the transforms of its nodes.
 fn without_places(text: &str, document: &Document) -> String {
     let places = |node: &Node| {
         let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());
@@ -125,7 +125,8 @@ fn places<'a>(document: &'a Document) -> Result<Vec<Placed<'a>>, String> {
     Ok(found)
 }
 
-/// Returns the id to which an element with this name refers, in the same file.
+/// Returns the id to which `node` refers. Returns `None` if `node` is not an element with the name `name`, or does not refer to an
+/// id in the same file.
 fn target<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     Some(node).filter(|node| node.has_tag_name(name))?.attribute("url")?.strip_prefix('#')
 }

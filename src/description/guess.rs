@@ -24,10 +24,10 @@ pub struct Guess {
 /// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
 ///
 /// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
-/// end of the chain with the most joints. That chain ends where a gripper begins, and includes the fixed joints at its end. The
-/// gripper is a one-sided joint at the end of an arm of more than four joints (a jaw). Otherwise it begins at a link that carries
-/// several moving parts, if none of these has more joints than the arm has up to that link. The base frame is `base_link` if that
-/// link is on the path to the tool, otherwise the root.
+/// end of the chain with the most joints. That chain ends where a gripper begins, and includes the fixed joints at its end. A
+/// one-sided joint at the end of an arm of more than four joints is a gripper (a jaw). A gripper also begins at a link that carries
+/// several moving parts, if none of these parts has more joints than the arm has up to that link. The base frame is `base_link` if
+/// that link is on the path to the tool, otherwise the root.
 ///
 /// # Errors
 /// [`DescriptionError::SeveralArms`] if several chains could equally well be the arm; other errors if the document is invalid.
@@ -60,7 +60,7 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess
 struct Branch<'a> {
     joint: Node<'a, 'a>,
     child: &'a str,
-    /// Whether the joint moves together with earlier joints, as a mimic joint of a linkage does.
+    /// Whether the joint cannot move on its own, because it follows earlier joints, as a mimic joint of a linkage does.
     follows: bool,
 }
 
@@ -75,9 +75,10 @@ impl Branch<'_> {
         self.follows || self.joint.attribute("type") == Some("fixed")
     }
 
-    /// Returns whether the joint opens to one side only, by at most half a turn, as a jaw does and a wrist does not.
+    /// Returns whether the joint opens to one side only, by at most half a turn. A jaw does; a wrist does not.
     fn is_one_sided(&self) -> bool {
-        /// The largest part of a jaw's range on the other side of zero, as a fraction of the range on its own side.
+        /// The largest part of a jaw's range that may lie on the smaller side of zero, as a fraction of the part on the larger
+        /// side.
         const OTHER_SIDE: f64 = 0.25;
         let limit = |name| child_of(self.joint, "limit")?.attribute(name)?.trim().parse::<f64>().ok();
         let (lower, upper) = (limit("lower").unwrap_or(0.0), limit("upper").unwrap_or(0.0));
@@ -160,8 +161,8 @@ impl<'a> Branches<'a> {
         Ok((tool, self.fixed_to(from, tool)))
     }
 
-    /// Returns the first frame after `from` with this name, with or without a prefix. A frame does not count if it has more joints
-    /// beyond it than before it.
+    /// Returns the first frame after `from` with this name, with or without a prefix; `None` if there is none. A frame does not
+    /// count if more joints are beyond the frame than before it.
     fn named(&self, from: &'a str, name: &str) -> Result<Option<&'a str>, DescriptionError> {
         let (mut before, mut found) = (HashMap::from([(from, 0)]), Vec::new());
         for &link in &self.order {
@@ -219,8 +220,8 @@ impl<'a> Branches<'a> {
         })
     }
 
-    /// Returns the last link after `link` that is connected by fixed joints, as long as each link carries only one other link. A
-    /// tool center point does not count, because it depends on the tool.
+    /// Follows fixed joints from `link` as long as each link carries only one other link. Returns the last link. A tool center
+    /// point does not count, because it depends on the tool.
     fn over_fixed(&self, mut link: &'a str) -> &'a str {
         let is_next = |branch: &&Branch| branch.is_rigid() && !branch.child.ends_with("tcp");
         loop {
@@ -232,8 +233,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the alternatives to `tool`: the links fixed to the same moving joint, and the first link beyond each following
-    /// joint.
+    /// Returns the alternatives to `tool`: the links that the same moving joint carries, and the first link beyond each moving
+    /// joint that follows.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent

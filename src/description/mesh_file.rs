@@ -57,10 +57,10 @@ fn kind(file: &str) -> Option<String> {
     Some(Path::new(file).extension()?.to_str()?.to_lowercase())
 }
 
-/// Returns the path of the file. Searches for a `package://` name in installed prefixes, in folders of packages, and in the
-/// folders above the description's own file. A file with any other name must be in one of these packages, in the folder of the
-/// description's own file, or in a folder next to that folder. A description from the network has no file, and cannot refer to
-/// such files.
+/// Returns the path of the file; `None` if the file is not found. Searches for a `package://` name in installed prefixes, in
+/// folders of packages, and in the folders above the description's own file. A file with any other name must be in one of these
+/// packages, in the folder of the description's own file, or in a folder next to that folder. A description from the network has no
+/// file of its own, so it can only refer to files in packages.
 fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option<PathBuf> {
     kind(file).filter(|kind| KINDS.contains(&kind.as_str()))?;
     let above = description.into_iter().flat_map(Path::ancestors).skip(1).map(Path::to_path_buf);
@@ -102,7 +102,7 @@ fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf>
     shares.chain(each(packages))
 }
 
-/// Returns the path if it leads only into subfolders.
+/// Returns the path if it leads only into subfolders; `None` if it leads anywhere else.
 fn inside_of(path: &Path) -> Option<PathBuf> {
     let only_down = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     only_down.then(|| path.to_path_buf())

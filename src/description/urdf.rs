@@ -161,8 +161,8 @@ fn push_bare_link(text: &mut String, link: &str) {
     let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(link));
 }
 
-/// Writes a link with the housing of its joint. Adds a limb of this radius \[m\] from the origin of the link's frame to `end`,
-/// unless the two points coincide.
+/// Writes a link with the housing of its joint. Adds a limb with the radius `radius` \[m\] from the origin of the link's frame to
+/// `end`, unless these two points coincide.
 fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
     let link = escaped(link);
     let housing = visual(&UnitDualQuaternion::identity(), 1.3 * radius, 2.8 * radius, "joint");

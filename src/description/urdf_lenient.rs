@@ -92,13 +92,14 @@ impl<'a> Tag<'a> {
     }
 }
 
-/// Reads the end of a tag. Returns whether the tag is an empty element, and the rest of the text.
+/// Reads the end of a tag. Returns whether the tag is an empty element, and the rest of the text; `None` if the tag does not end
+/// here.
 fn ending(text: &str) -> Option<(bool, &str)> {
     let whole = text.strip_prefix("/>").map(|after| (true, after));
     whole.or_else(|| text.strip_prefix('>').map(|after| (false, after)))
 }
 
-/// Reads a name. Returns the name with the rest of the text.
+/// Reads a name. Returns the name with the rest of the text; `None` if there is no name.
 fn name(text: &str) -> Option<(&str, &str)> {
     let is_first = |c: char| c.is_ascii_alphabetic() || !c.is_ascii() || [':', '_'].contains(&c);
     let is_more = |c: char| is_first(c) || c.is_ascii_digit() || ['.', '-'].contains(&c);
@@ -117,7 +118,7 @@ struct Xml {
 }
 
 impl Xml {
-    /// Inside the robot element, writes `text` in place of `read`. Outside of it, writes only the line ends of `read`.
+    /// Inside the robot element, writes `text` in place of `read`. Outside of that element, writes only the line ends of `read`.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());

@@ -94,8 +94,8 @@ fn read_joint(tree: &Tree, joint: Node) -> Result<DescribedJoint, DescriptionErr
     Ok(DescribedJoint { mimic: mimic(tree, joint)?, ..read_as(joint, motion)? })
 }
 
-/// Returns which joint drives `joint`, and how, through all mimic joints in between. A fixed joint mimics nothing, whatever the
-/// document says.
+/// Returns which joint drives `joint`, and how, through all mimic joints in between; `None` if `joint` does not mimic. A fixed
+/// joint does not mimic, whatever the document says.
 fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
     /// The possible ratios of speeds.
     const RATIOS: RangeInclusive<f64> = 1.0 / JOINT_ANGLE..=JOINT_ANGLE;
@@ -130,7 +130,8 @@ fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
     Err(wrong(joint, "it mimics itself, or by too many others: expected a joint that moves on its own"))
 }
 
-/// Reads a joint that is not on the chain. The joint stays at its start position, which its limits determine if they can be read.
+/// Reads a joint that is not on the chain; `None` if it cannot be read. The joint stays at its start position, which follows from
+/// its limits if these can be read.
 fn read_beside(tree: &Tree, joint: Node) -> Option<DescribedJoint> {
     let motion = match joint.attribute("type")? {
         "fixed" => Motion::Fixed,
@@ -204,12 +205,12 @@ fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result
     })
 }
 
-/// Parses a number that is within the bounds of a robot.
+/// Parses a number; `None` if the text is not a number, or the number is too large for a robot.
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
 }
 
-/// Reads the limits of a joint as they are, even if they form no range, because parameters may override them. If there is also a
+/// Reads the limits of a joint. Accepts limits that do not form a range, because parameters may override them. If there is also a
 /// soft limit (`safety_controller`), the tighter of the hard and the soft limit counts, because a controller should keep within
 /// both.
 fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> {

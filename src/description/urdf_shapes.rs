@@ -104,7 +104,7 @@ fn shapes<'a>(robot: Node<'a, 'a>, kind: &'static str) -> impl Iterator<Item = (
     })
 }
 
-/// Returns a visual shape, and the name of its material.
+/// Returns a visual shape, and the name of its material if it has one. Returns `None` if the shape cannot be read.
 fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
     let (link_from_shape, shape) = placed(node)?;
     let material = child_of(node, "material");
@@ -113,7 +113,7 @@ fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
     Some((visual, material.map(|material| name_of(material).to_owned())))
 }
 
-/// Returns the shape of a `<visual>` or a `<collision>`, and its pose in the link's frame.
+/// Returns the shape of a `<visual>` or a `<collision>`, and its pose in the link's frame; `None` if the shape cannot be read.
 fn placed(node: Node) -> Option<(UnitDualQuaternion, Shape)> {
     let origin = child_of(node, "origin");
     let three = |name: &str| match origin.and_then(|origin| origin.attribute(name)) {
@@ -156,7 +156,7 @@ fn vector(text: &str) -> Option<Vector3<f64>> {
     <[f64; 3]>::try_from(parts?).ok().map(Vector3::from)
 }
 
-/// Parses a number of plausible size for a shape \[m, rad\].
+/// Parses a number \[m, rad\]; `None` if the text is not a number, or the number is too large for a shape.
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= 1e4)
 }

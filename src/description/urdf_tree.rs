@@ -95,7 +95,7 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     }
 }
 
-/// Returns the first element in xacro's namespace, as it is written, and its line.
+/// Returns the first element in xacro's namespace, as the document writes its name, and its line; `None` if there is none.
 fn of_xacro(document: &Document) -> Option<(String, u32)> {
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
     let mut of_xacro = document.descendants().filter(is_macro);
@@ -214,7 +214,7 @@ impl<'a> Tree<'a> {
         Ok(found)
     }
 
-    /// Returns the joint with this name.
+    /// Returns the joint with this name, if there is one.
     pub fn joint(&self, name: &str) -> Option<Node<'a, 'a>> {
         self.by_name.get(name).copied()
     }

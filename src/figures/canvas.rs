@@ -109,8 +109,8 @@ impl Canvas {
 
     /// Draws a line through `points`, `width` pixels wide.
     pub fn line(&mut self, points: &[Point], color: Color, width: f64, line: Line) {
-        /// A dashed line that is longer than this is drawn solid \[px\]. Such a line fills its panel, so that dashes would be
-        /// invisible.
+        /// A dashed line that is longer than this is drawn solid \[px\]. Such a line fills its panel, so nobody would see the
+        /// dashes.
         const LONGEST_DASHED: f64 = 20_000.0;
         /// The radius of the dots of a dotted line \[px\].
         const DOT: f64 = 2.1;

@@ -69,7 +69,7 @@ impl Axis {
         }
     }
 
-    /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times as many, because its ticks are not
+    /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times `count` ticks, because they are not
     /// evenly spaced.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
         if self.logarithmic { decades(&self.range, 3.0 * count) } else { ticks(&self.range, count.max(5.0)) }
@@ -91,7 +91,8 @@ pub struct Panel {
     pub marks: Vec<Mark>,
 }
 
-/// Creates a panel of curves over the time axis `time`. Its vertical range contains the curves in the range of that axis.
+/// Creates a panel of curves over the time axis `time`. The panel's vertical range contains all values of the curves in the range
+/// of `time`.
 pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
     let points = series.iter().flat_map(|series| &series.points);
     let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));

@@ -26,7 +26,7 @@ pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<Vec<(f
     parts
 }
 
-/// Returns the part of a segment that is within the ranges (Liang & Barsky 1984).
+/// Returns the part of a segment that is within the ranges, if any (Liang & Barsky 1984).
 fn clip_segment(
     from: (f64, f64),
     to: (f64, f64),

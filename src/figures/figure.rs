@@ -25,7 +25,7 @@ named! {
 }
 
 impl Width {
-    /// Returns the width on paper in inches, and the number of panels in a row; `None` for a screen.
+    /// Returns the width on paper \[in\], and the number of panels in a row; `None` for a screen.
     fn paper(self) -> Option<(f64, usize)> {
         match self {
             Self::Screen => None,
@@ -145,7 +145,7 @@ impl Figure {
     }
 
     /// Returns the entries of the legend with their places, and the vertical position at which the legend ends \[px\]. The legend
-    /// begins at `start`, and its lines end before `right`. Each pair of name and style has one entry.
+    /// begins at `start`, and its lines end before `right`. Curves with the same name and style share one entry.
     fn legend(&self, start: Point, right: f64) -> (Vec<(Series, Point)>, f64) {
         let (mut placed, mut at): (Vec<(Series, Point)>, _) = (Vec::new(), start);
         for series in self.rows.iter().flatten().flat_map(View::legend) {

@@ -34,7 +34,8 @@ impl Labels {
         canvas.text(name, middle, LABEL, Anchor::Center);
     }
 
-    /// Returns the best place for a name, which has the lowest cost: its distance from the point, and its rectangle.
+    /// Finds the place for a name with the lowest cost. Returns the distance of this place from the point \[px\], and its
+    /// rectangle.
     fn place(&self, name: &str, point: Point) -> (f64, Rectangle) {
         let (width, height) = (text_width(name, LABEL), LABEL + 2.0);
         let around = |radius: f64| {

@@ -38,9 +38,9 @@ const BEYOND: f64 = 14.0;
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
-    /// Finds places for the names at which they overlap neither each other nor a mark. If there is too little room for the names of
-    /// all marks, only solid marks get names. `marks` yields each mark with its distance from the left edge of the curves \[px\].
-    /// The curves are `width` wide \[px\].
+    /// Finds places at which the names overlap neither each other nor a mark. If the name of a solid mark has no room, only solid
+    /// marks get names. `marks` yields each mark with its distance from the left edge of the curves \[px\]. The curves are `width`
+    /// wide \[px\].
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));
@@ -82,8 +82,8 @@ impl<'a> NamedMarks<'a> {
     }
 }
 
-/// Returns the first line of text that has room for a name of this width: to the right of its mark or, at the end, to the left.
-/// Adds a line if necessary.
+/// Returns the first line of text that has room for a name of this width: to the right of its mark or, near the right end, to the
+/// left. Adds a line if necessary. Returns `None` if no line has room.
 fn find_place(lines: &mut Vec<Vec<Range<f64>>>, x: f64, width: f64, right: f64) -> Option<Place> {
     let room = width + 2.0 * GAP;
     let (name, anchor) =

@@ -56,7 +56,8 @@ impl Projection {
         (self.sheet_from_space * (point - self.center)).z
     }
 
-    /// Returns the corners of the box. If a bit of a corner's index is set, the corner is at the upper end of the bit's axis.
+    /// Returns the corners of the box. The three bits of a corner's index stand for the three axes: if a bit is set, the corner is
+    /// at the upper end of that axis.
     fn corners(&self) -> [Vector3<f64>; 8] {
         std::array::from_fn(|i| {
             let end = |axis: usize| match i & (1 << axis) {
@@ -110,8 +111,8 @@ impl Projection {
         canvas.text(NAMES[axis], off(middle, if axis == 2 { 54.0 } else { 42.0 }), LABEL, Anchor::Center);
     }
 
-    /// Returns the middle of the edge at which the numbers of `axis` are. For x and y this is the lowest edge on the sheet, for z
-    /// the leftmost edge.
+    /// Returns the middle of the edge along which the numbers of `axis` are written. For x and y this is the lowest edge on the
+    /// sheet, for z the leftmost edge.
     fn edge(&self, axis: usize) -> Vector3<f64> {
         let middles = self.corners().map(|mut corner| {
             corner[axis] = self.center[axis];

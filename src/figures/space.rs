@@ -55,7 +55,7 @@ pub struct Scene {
 pub const BOTH_SIDES: [Viewpoint; 2] =
     [Viewpoint { azimuth: -60.0, elevation: 20.0 }, Viewpoint { azimuth: 165.0, elevation: 15.0 }];
 
-/// Returns the frame that the paper's `frameplotter` draws for the paper's logarithm of a pose (eq. 32).
+/// Returns the frame that the paper's program `frameplotter` draws for `half_log`, the paper's logarithm of a pose (eq. 32).
 pub fn frameplotter(half_log: &Vector6<f64>) -> Isometry3<f64> {
     UnitDualQuaternion::half_exp(half_log).frame()
 }
@@ -145,7 +145,7 @@ impl Scene {
         })
     }
 
-    /// Returns points on all drawn lines. They are so dense that a name between two of them would cover a line.
+    /// Returns points on all drawn lines. The points are close together, so that a name that covers no point covers no line either.
     fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
         const STEPS: u32 = 16;
         let paths = self.paths.iter().flat_map(|path| &path.points).copied();
@@ -170,7 +170,7 @@ impl Scene {
         })
     }
 
-    /// Draws each frame as three arrows. Draws arrows that are nearer to the viewer later.
+    /// Draws each frame as three arrows, the farthest from the viewer first.
     fn draw_frames(&self, canvas: &mut Canvas, projection: &Projection) {
         let mut arrows: Vec<_> = self.arrows().collect();
         arrows.sort_by(|a, b| projection.depth(&a.tip).total_cmp(&projection.depth(&b.tip)));

@@ -14,7 +14,7 @@ pub enum ParameterError {
     Unknown {
         /// The requested name.
         name: String,
-        /// The declared name that is most similar.
+        /// The declared name that is most similar; `None` if no name is similar enough.
         nearest: Option<&'static str>,
     },
     /// The value has the wrong type.
@@ -37,7 +37,7 @@ pub enum ParameterError {
         /// The values that are allowed.
         expected: String,
     },
-    /// The user gave some of several parameters that make sense only together.
+    /// The user gave only some of a group of parameters that make sense only together.
     #[error("{what} needs {} too: {why}", missing.join(", "))]
     Missing {
         /// What the parameters describe together.

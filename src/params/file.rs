@@ -18,9 +18,9 @@ pub struct ParameterOverride {
     pub value: Value,
     /// The file or the argument that gives the value.
     pub source: String,
-    /// Whether the file or the argument names this node. Then the parameter must exist. A value for every node is ignored if the
-    /// node does not have the parameter, as in ROS 2. But an unknown name in a namespace of our parameters is always an error,
-    /// because no other node uses these namespaces.
+    /// Whether the file or the argument names this node. If it does, the parameter must exist. If the value is for every node, a
+    /// node without the parameter ignores the value, as in ROS 2. But an unknown name in a namespace of our parameters is always an
+    /// error, because no other node uses these namespaces.
     pub by_name: bool,
 }
 
@@ -71,7 +71,7 @@ impl FileParameters {
         Ok(reader.found)
     }
 
-    /// Returns whether the file has a section, even an empty section, for the node with the full name `node`.
+    /// Returns whether the file has a section for the node with the full name `node`. The section may be empty.
     pub fn has_section_of(&self, node: &str) -> bool {
         self.sections.iter().any(|section| matches_node(section, node))
     }

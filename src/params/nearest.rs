@@ -3,7 +3,8 @@
 /// The length of the longest misspelled name for which [`nearest`] searches a similar name \[bytes\].
 const LONGEST: usize = 200;
 
-/// Returns the name among `known` that shares the most pairs of neighboring letters with `name`, if it is similar enough.
+/// Returns the name among `known` that shares the most pairs of neighboring letters with `name`. Returns `None` if no known name is
+/// similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.len() > LONGEST {
         return None;
@@ -18,8 +19,8 @@ pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> 
     known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
 }
 
-/// Returns whether `name` is the namespace of one of the names `known`, or a name in such a namespace. For example, `limits` and
-/// `limits.x` share the namespace of `limits.y`.
+/// Returns whether `name` is a namespace of the names `known`, or a name in such a namespace. For example, `limits` and `limits.x`
+/// share the namespace of `limits.y`.
 pub fn shares_namespace<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     let namespace = |name: &'a str| name.split_once('.').map(|(namespace, _)| namespace);
     let own = name.split('.').next();

@@ -107,12 +107,12 @@ impl ParameterStore {
         Ok(candidate)
     }
 
-    /// Returns the value of a parameter.
+    /// Returns the value of a parameter; `None` if no parameter has this name.
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.iter().find(|(declared, _)| declared.name == name).map(|(_, value)| value)
     }
 
-    /// Returns the declaration of a parameter.
+    /// Returns the declaration of a parameter; `None` if no parameter has this name.
     pub fn declaration(&self, name: &str) -> Option<&Declaration> {
         self.iter().find(|(declared, _)| declared.name == name).map(|(declared, _)| declared)
     }

@@ -44,7 +44,7 @@ impl Value {
     }
 
     /// Converts this value to the type of `like` if possible. Integers become doubles, and an empty array becomes an empty array of
-    /// any type. rclcpp, in contrast, rejects an integer for a double, so that users must write `1.0`.
+    /// the other type. rclcpp, in contrast, rejects an integer for a double, so that users must write `1.0`.
     pub fn convert_like(self, like: &Self) -> Result<Self, Self> {
         match (self, like) {
             (Self::Integer(i), Self::Double(_)) => Ok(Self::Double(i as f64)),

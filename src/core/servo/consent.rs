@@ -66,7 +66,8 @@ pub struct Revoked {
 }
 
 impl Revoked {
-    /// Returns the reason of this revocation, for a request that was pushed at `pushed`.
+    /// Returns the reason of this revocation for a request that was pushed at `pushed`. Only [`Revocation::CameLater`] depends on
+    /// that time.
     fn why_of(&self, pushed: Duration) -> Revocation {
         match self.why {
             Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
@@ -97,7 +98,7 @@ impl Consent {
         self.request.as_ref()
     }
 
-    /// Returns the last revocation.
+    /// Returns the last revocation, or `None` if there was none.
     pub fn last_revocation(&self) -> Option<&Revoked> {
         self.revoked.as_ref()
     }
@@ -160,7 +161,7 @@ impl Push {
 pub(super) struct MotionRequests {
     consent: Consent,
     pub(super) pushes: Vec<Push>,
-    /// When a twist last moved the arm. This twist revokes every goal pushed until then.
+    /// When a twist last moved the arm, if one has. This twist revokes every goal pushed until that time.
     jogged: Option<Revoked>,
 }
 
@@ -203,7 +204,8 @@ impl MotionRequests {
         request
     }
 
-    /// Makes room for another publisher: removes the oldest publisher of those that were heard only once, and so do not stream.
+    /// Makes room for another publisher, if there is none: of the publishers that were heard only once, removes the oldest. Such a
+    /// publisher does not stream.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -212,8 +214,8 @@ impl MotionRequests {
         }
     }
 
-    /// Returns the event that has revoked a push that was sent at `pushed` and arrives only now, if any. A push that was sent at
-    /// exactly the time of a revocation is not revoked.
+    /// Returns the event that revoked a push before the push arrived; `None` if no event did. The push was sent at `pushed`. A push
+    /// that was sent at exactly the time of a revocation is not revoked, except by a twist.
     fn revoked_before(&self, by: Requester, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
@@ -229,8 +231,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current request. Returns whether it begins a new push. A goal does not change the time of push of a
-    /// newer request that is in force.
+    /// Makes `request` the current request. Returns whether it begins a new push. A request for a goal keeps the time of push of
+    /// the request that it replaces, if that time is later and the replaced request is in force.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());
@@ -239,8 +241,8 @@ impl MotionRequests {
         before.is_none_or(|before| (before.by, before.pushed) != (request.by, pushed))
     }
 
-    /// Returns two publishers of the same kind that push at the same time. They are rivals if the first publisher was heard again
-    /// after the other publisher began.
+    /// Returns two rivals, or `None` if there are none. Rivals are two publishers, both of goals or both of twists, that push at
+    /// the same time: the first publisher was heard again after the second publisher began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
             let is_valid = matches!(push.request.revoked, None | Some(Revocation::Rivals(_)));

@@ -45,13 +45,13 @@ pub struct Servo {
     settings: Settings,
     /// Number of times that the settings were changed.
     configurations: u64,
-    /// When the settings were last changed.
+    /// When the settings were last changed; `None` if they never were.
     configured: Option<Duration>,
     clock: Clock,
     /// The requests, and the consent that follows from them.
     requests: MotionRequests,
     mode: Mode,
-    /// The goal that the program has set by [`Servo::set_goal`] since the last cycle.
+    /// The goal that the program has set by [`Servo::set_goal`] since the last cycle, if any.
     set: Option<UnitDualQuaternion>,
     /// The recent goals of a stream. They show how the goal moves, and whether the tool carries it.
     stream: GoalStream,
@@ -220,8 +220,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Decelerates to rest and drops the goal. A publisher that continues with goals or twists must pause before the servo obeys it
-    /// again. A paused servo stays paused.
+    /// Decelerates to rest and drops the goal. The servo does not obey a publisher that continues to send goals or twists, until
+    /// that publisher has been silent for a while. A paused servo stays paused.
     pub fn stop(&mut self) {
         self.requests.stop(self.clock.now);
         self.drop_goal(Revocation::Stopped);
@@ -294,7 +294,7 @@ impl Servo {
         &self.status
     }
 
-    /// Returns the counts of rejected messages so far. The servo does not update a clone of the `Arc`.
+    /// Returns the counts of rejected messages so far. A clone of the `Arc` keeps the counts that it had when it was cloned.
     pub fn rejections(&self) -> &Arc<RejectionCounts> {
         &self.rejections
     }

@@ -4,7 +4,8 @@ use dq_search::ESCAPE_SPEED;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The escape ends if the error rises along it by more than this fraction per rad. Then the law alone does better.
+/// An escape ends if the error grows by more than this fraction for each rad that the joints move along the escape. In that case
+/// the law alone does better.
 const RISE: f64 = 1e-3;
 
 /// An escape that has moved the joints farther than this \[rad, prismatic: m\] has failed.
@@ -34,11 +35,12 @@ pub(super) enum Phase {
 }
 
 impl Phase {
-    /// Returns the next phase of an escape that has moved the joints by `travelled` \[rad, prismatic: m\]. The escape ends if the
-    /// law alone moves the joints along it at `speed` [rad/s, prismatic: m/s] or more.
+    /// Returns the next phase of an escape that has moved the joints by `travelled` \[rad, prismatic: m\]. `speed` is the speed at
+    /// which the law alone would move the joints along the escape [rad/s, prismatic: m/s]. The escape ends if `speed` is at least
+    /// `ESCAPE_SPEED`.
     ///
-    /// The escape also ends if the error rises, or if a number is NaN. `fall` is the relative rate at which the error falls
-    /// [1/rad].
+    /// The escape also ends if the error grows, or if a number is NaN. `fall` is the fraction by which the error shrinks per rad of
+    /// the escape [1/rad].
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < ESCAPE_SPEED && fall >= -RISE;
         match leads_on {

@@ -29,8 +29,8 @@ const FEWEST: usize = 4;
 /// The largest number of goals that are kept.
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried. `LAGS × LAG_STEP` is the longest delay after which a pose of the tool may return as a goal. With
-/// a longer delay the arm could hardly run away.
+/// Number of lags that are tried. Their product with `LAG_STEP` is the longest delay at which the servo recognizes an earlier pose
+/// of the tool as a goal. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
@@ -46,8 +46,8 @@ const MOST_POSES: usize = 214;
 /// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. Along a line this is 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal counts as moving independently if the part of its motion that the tool's motion does not explain exceeds this fraction
-/// of the motion's spread, and [`NOISE`] times the goal's noise.
+/// A goal counts as moving independently if the tool's motion leaves too much of the goal's motion unexplained. Too much is more
+/// than the root of the sum of two squares: this fraction of the motion's spread, and [`NOISE`] times the goal's noise.
 const BY_ITSELF: f64 = 0.05;
 /// See [`BY_ITSELF`]: the factor of the goal's noise.
 const NOISE: f64 = 3.0;
@@ -69,7 +69,7 @@ pub(super) struct Explanation {
     /// When the goal last jumped \[s\]. A jump is not a motion.
     leapt: f64,
     by_itself: [bool; 2],
-    /// The tool's pose when it began to carry the goal; `None` if it does not carry it.
+    /// The tool's pose when the tool began to carry the goal; `None` if the tool does not carry the goal.
     carries_since: Option<UnitDualQuaternion>,
 }
 
@@ -168,7 +168,8 @@ impl Explanation {
         self.by_itself
     }
 
-    /// Returns whether the `tool` carries the goal: it has moved together with the goal, but has neither reached nor tracked it.
+    /// Returns whether the `tool` carries the goal: the tool has moved together with the goal, but has neither reached nor tracked
+    /// the goal.
     pub fn is_carried(&mut self, tool: &UnitDualQuaternion, nearness: &Nearness) -> bool {
         let Nearness { error, tolerance, .. } = nearness;
         let errors = [error.position / tolerance.linear, error.rotation / tolerance.angular];
@@ -182,8 +183,8 @@ impl Explanation {
         (0..2).any(|part| recedes(part) && travelled[part] >= CARRIED[part])
     }
 
-    /// Returns, for position and rotation, whether feed-forward brings the tool nearer to its goal. It does if the tool is nearer
-    /// than the law alone would be at the goal's speed.
+    /// Returns, for position and rotation, whether feed-forward brings the tool nearer to its goal. This is so if the error is
+    /// clearly smaller than the law alone would leave at the goal's speed.
     fn follows(&self, nearness: &Nearness) -> [bool; 2] {
         let (Some(first), Some(last)) = (self.goals.front(), self.goals.back()) else { return [false; 2] };
         let Nearness { error, rates, .. } = nearness;
@@ -217,8 +218,8 @@ impl Explanation {
         })
     }
 
-    /// Considers the goals with number `first` or later. Returns the part of their motion that the tool's motion does not explain
-    /// at the best lag \[m, rad\].
+    /// Considers the goals from index `first` on. Returns how much of their motion the tool's motion leaves unexplained \[m, rad\]
+    /// at the lag that explains the most.
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -239,8 +240,9 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// Considers the goals with number `first` or later. Returns the part of their motion that the tool's motion `lag` \[s\]
-    /// earlier does not explain [m, rad]. The offset between tool and goal is constant along the axes of the base or of the tool.
+    /// Considers the goals from index `first` on, and the tool's motion `lag` \[s\] earlier. Returns how much of the goals' motion
+    /// the tool's motion leaves unexplained [m, rad]. The offset between tool and goal may be constant along the base's axes or
+    /// along the tool's axes, whichever explains more.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
@@ -253,8 +255,8 @@ impl Explanation {
     }
 
     /// Compares a goal with the tool's pose of the time `lag` earlier. Returns the goal's position relative to the tool along the
-    /// base's axes, the goal's rotation, and the inverse of the tool's rotation. Before its first measurement the tool counts as
-    /// standing.
+    /// base's axes, the goal's rotation, and the inverse of the tool's rotation. Before the tool's first measured pose, the tool
+    /// counts as standing. Returns `None` until the tool has two poses.
     fn seen_from_tool(
         &self,
         goal: &Place,

@@ -8,13 +8,14 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 /// An arm counts as following a twist if it can follow at least this fraction of the twist.
 const FOLLOWED: f64 = 0.5;
 
-/// An arm counts as able to move along an axis if its possible motions lack at most this fraction of the axis.
+/// An arm counts as able to move along an axis if at most this fraction of the axis is outside of the arm's possible motions.
 const MISSING: f64 = 1e-3;
 
 /// The arm cannot move its tool along a left singular vector whose singular value is below this [m/rad, prismatic: 1].
 const SMALLEST: f64 = 0.02;
 
-/// The axes along which an arm can move its tool, and the axes about which it can turn the tool, each without the others.
+/// The axes along which an arm can move its tool, and the axes about which it can turn the tool. Each of these motions is possible
+/// on its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeDirections {
     /// Rotations about x, y and z, then motions along x, y and z.
@@ -25,7 +26,8 @@ pub struct FreeDirections {
 
 impl FreeDirections {
     /// Returns the directions in which `arm` can move instead, if it cannot follow the twist. `axes` is the rotation of the tool.
-    /// `aim` tells which components of the twist count.
+    /// `aim` determines which components of the twist count. Returns `None` if the arm can follow the twist, or if these components
+    /// are not along fixed axes.
     pub(super) fn instead_of(
         twist: &Twist,
         aim: Aim,

@@ -56,7 +56,7 @@ impl Goal {
         GoalError { position, rotation }
     }
 
-    /// Returns whether `other` is this goal within `tolerance`, so that reaching one reaches the other.
+    /// Returns whether `other` equals this goal within `tolerance`.
     pub fn is_same(&self, other: &Self, tolerance: &Tolerance) -> bool {
         let distance = self.distance(other);
         distance.position <= tolerance.linear && distance.rotation <= tolerance.angular

@@ -64,17 +64,19 @@ pub(super) struct Pursuit {
     pub received: Duration,
     /// When the goal's last message arrived.
     heard: Duration,
-    /// The goal with which the motion began, or to which a stream last moved it. Another goal within its tolerances counts as the
-    /// same goal.
+    /// The goal with which the motion began or, if a stream has moved the goal since, the goal of the last such move. A goal that
+    /// equals this goal within the tolerances is not a move.
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
-    /// The joint positions with which the motion began \[rad, prismatic: m\]; in a sequence of motions, those with which the first
-    /// motion began. Empty until then.
+    /// The joint positions at which the motion began \[rad, prismatic: m\]. In a sequence of motions, these are the positions at
+    /// which the first motion began. Empty until the servo first tracks the goal, and after a reconfiguration until it tracks the
+    /// goal again.
     pub posture: Vec<f64>,
-    /// The sign of the goal's quaternion, chosen by the arm's pose when the servo first tracks the goal.
+    /// The sign of the goal's quaternion. The servo chooses the sign by the arm's pose when it first tracks the goal; `None` before
+    /// that.
     pub sign: Option<SignMemory>,
-    /// Whether the goal is beyond reach, and the number of the settings for which this was determined.
+    /// The number of the settings, and whether the goal is beyond reach with these settings; `None` until this is determined.
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,
@@ -86,17 +88,17 @@ pub(super) struct Pursuit {
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Record {
     pub meter: Option<MotionMeter>,
-    /// When the motion began, and the controlled pose at that time.
+    /// When the motion began, and the controlled pose at that time; `None` until the servo has measured the pose.
     pub start: Option<(Duration, UnitDualQuaternion)>,
     /// The largest commanded speed of each joint so far, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
     /// When the smallest singular value was last computed.
     pub looked: Duration,
-    /// The last recorded outcome of the motion.
+    /// The last recorded outcome of the motion; `None` before the first.
     pub outcome: Option<Outcome>,
     /// The recent errors.
     pub trend: ErrorTrend,
-    /// Whether the arm has settled. A settled arm may exceed the tolerances a little.
+    /// Whether the arm has settled. A settled arm remains settled if it exceeds the tolerances only a little.
     pub settled: bool,
     /// Whether the arm has started a reconfiguration.
     pub reconfigured: bool,
@@ -152,8 +154,8 @@ impl Watch {
         }
     }
 
-    /// Restarts the monitoring for `goal`. Only the monitoring of oscillations continues, because a moving goal causes a restart
-    /// every few cycles.
+    /// Restarts the monitoring for `goal`, except the monitoring of oscillations: a moving goal causes a restart every few cycles,
+    /// and oscillations take longer to detect.
     fn restart(&mut self, goal: Goal) {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }

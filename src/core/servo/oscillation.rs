@@ -12,19 +12,19 @@ use std::time::Duration;
 /// The window in which reversals are counted. Two successive windows decide.
 const WINDOW: Duration = Duration::from_millis(900);
 
-/// If one joint reverses this many times per window, its reversals count as an oscillation on their own. This is 4.4 Hz. A joint in
-/// a sound motion reverses less often.
+/// If one joint reverses this many times per window, the commands oscillate, even if the law's error does not reverse. This is 4.4
+/// Hz. A joint in a sound motion reverses less often.
 const MANY: u32 = 8;
 
-/// If the law's error reverses this many times per window, and some joint reverses with the error, the reversals count as an
-/// oscillation. The error of a sound motion reverses less often.
+/// If the law's error reverses this many times per window, and some joint reverses at least [`FEW`] times, the commands oscillate.
+/// The error of a sound motion reverses less often.
 const ERROR_REVERSALS: u32 = 3;
 
-/// A joint that reverses this many times per window counts as reversing with the error.
+/// See [`ERROR_REVERSALS`]: the least number of reversals of a joint per window.
 const FEW: u32 = 2;
 
-/// The least change of a joint's speed between two reversals [rad/s, prismatic: m/s]. `SWING` counts only if the error does not
-/// shrink, `LARGE_SWING` always.
+/// The least change of a joint's speed between two reversals [rad/s, prismatic: m/s]. A reversal by `SWING` counts only if the
+/// error does not shrink. A reversal by `LARGE_SWING` always counts.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 

@@ -4,13 +4,13 @@ use dq_metrics::{GoalError, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law that arrives
-/// does not stall. A timeout of 5 s allows 52 min from 0.5 m to 1 mm, and a gain of 0.003/s is enough. The drift of a redundant arm
-/// under a payload changes its error by up to half of this fraction.
+/// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law does not stall
+/// if it does arrive. With a timeout of 5 s, the error may take 52 min from 0.5 m to 1 mm, for which a gain of 0.003/s is enough. A
+/// redundant arm drifts under a payload, which changes its error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
-/// The fraction by which an error has to shrink if the arm need not wait for a slow law, because there may be another path to its
-/// goal.
+/// The fraction by which an error has to shrink if the arm need not wait for a slow law, because it may reach the goal by a
+/// reconfiguration.
 pub(super) const BRISK: f64 = 0.2;
 
 /// The smallest errors of a motion so far, and how long the arm was driven since the last progress.
@@ -31,12 +31,12 @@ impl Progress {
         Self { position: most, rotation: most, law: most, share, without: Duration::ZERO }
     }
 
-    /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long it was driven since the last
-    /// progress.
+    /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long the arm was driven since the
+    /// last progress.
     ///
     /// An error outside its tolerance makes progress when it reaches a new minimum that is below the last minimum by the fraction
-    /// `share` or by a whole tolerance. The law's own error counts, too: a law may trade position for rotation, and the path to a
-    /// goal that differs only in rotation may begin with meters.
+    /// `share` or by a whole tolerance. The law's own error counts, too. A law may trade position for rotation: even if the goal
+    /// differs only in rotation, the tool may first move meters away.
     pub fn update(
         &mut self,
         driven: Duration,
@@ -54,8 +54,8 @@ impl Progress {
     }
 }
 
-/// Returns whether `error` is below the `smallest` error so far by the fraction `share` of it or by `amount`. If so, stores `error`
-/// as the smallest.
+/// Returns whether `error` is below the `smallest` error so far by `amount`, or by the fraction `share` of the smallest error. If
+/// so, stores `error` as the smallest.
 fn shrinks(smallest: &mut f64, error: f64, amount: f64, share: f64) -> bool {
     let first = smallest.is_infinite() && error.is_finite();
     let shrinks = first || (error < *smallest && error <= *smallest - amount.min(share * *smallest));

@@ -37,7 +37,7 @@ pub enum Rejection {
         /// The reason why TF does not have the frame.
         why: FrameError,
     },
-    /// The goal, twist or request is this old on arrival, or was sent before the servo started.
+    /// The goal, twist or request was too old on arrival, or was sent before the servo started. The field is its age on arrival.
     #[error("it arrived {:.1} s after it was sent, by its sender's clock: send it again", .0.as_secs_f64())]
     Late(Duration),
     /// The arm cannot reach the goal.
@@ -149,7 +149,7 @@ impl RejectionCounts {
         self.counts.iter().map(|(_, count)| count).sum()
     }
 
-    /// Returns the last rejection.
+    /// Returns the last rejection, or `None` if there was none.
     pub fn last(&self) -> Option<&Rejection> {
         self.last.as_ref()
     }

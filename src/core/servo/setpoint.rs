@@ -97,8 +97,8 @@ impl Setpoint {
         }
     }
 
-    /// Returns the joint (counted from 1) that is farthest from its setpoint, its distance \[rad, prismatic: m\], and its kind.
-    /// `expected` are the positions at which the arm should be.
+    /// Returns the joint (counted from 1) that is farthest from its setpoint, its distance from the setpoint \[rad, prismatic: m\],
+    /// and its kind. `expected` are the predicted positions of the joints. Returns `None` if there are no setpoints.
     pub fn farthest(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
         let leads = self.get()?.iter().zip(expected).zip(&self.kinds);
         let leads = leads.map(|((sent, is), kind)| (kind.displacement(*is, *sent).abs(), *kind));

@@ -139,7 +139,7 @@ impl Settings {
         Question { goal, aim, tolerance, tool_offset, from, limits: &self.limits }
     }
 
-    /// Returns the settings with the additional keep-outs `more`, if there is a scene.
+    /// Returns the settings with the additional keep-outs `more`. Without a scene, the settings remain as they are.
     ///
     /// # Errors
     /// [`SceneError`] if the scene would have too many parts.

@@ -39,13 +39,15 @@ pub struct Status {
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
     pub sign: f64,
-    /// The joint stopped by its position limit; its number is counted from 1, arm after arm.
+    /// The number of the joint that its position limit stops, counted from 1, arm after arm; `None` if no limit stops a joint.
     pub joint_at_limit: Option<usize>,
-    /// The pair that keeps the arm from its desired motion: a part of the body, and an obstacle or another part of the body.
+    /// The pair that keeps the arm from its desired motion, if any: a part of the body, and an obstacle or another part of the
+    /// body.
     pub held_by: Option<ClosePair>,
     /// The closest pair of a part of the body and an obstacle or another part of the body. `None` if nothing is near.
     pub closest: Option<ClosePair>,
-    /// A joint that moves farther than commanded: its number (from 1, arm after arm), and the ratio of its motion to the command.
+    /// A joint that moves farther than commanded, if any: its number (from 1, arm after arm), and the ratio of its motion to the
+    /// command.
     pub too_far: Option<(usize, f64)>,
     /// The fraction of the commanded speed at which the robot moves, as estimated or as reported. The fraction is below 1 if
     /// somebody has told the robot to move slowly.
@@ -54,7 +56,7 @@ pub struct Status {
     pub leaving_singularity: bool,
     /// The directions in which the arm can move, if it cannot follow the present twist.
     pub instead_of_twist: Option<FreeDirections>,
-    /// Why the motion has stalled, in the state `stalled`.
+    /// Why the motion has stalled; `None` if it has not stalled.
     pub stall: Option<Stall>,
     /// Information about another configuration in which the goal can be reached.
     pub reconfiguration: Reconfiguration,
@@ -69,7 +71,8 @@ pub struct Status {
     pub gain_factor: f64,
 }
 
-/// A robot that moves at less than this fraction of the commanded speed was told to move slowly.
+/// If a robot moves at less than this fraction of the commanded speed, the servo assumes that somebody has told the robot to move
+/// slowly.
 const SLOW: f64 = 0.7;
 
 /// Returns the name of the joint `number`, counted from 1, arm after arm. `joints` are the names of all joints in that order.

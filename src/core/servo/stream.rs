@@ -26,8 +26,8 @@ const LONGEST_INTERVAL: f64 = 0.25;
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A goal has jumped if its pose differs from the expected pose by more than this fraction of its motion plus a step \[rad, m\].
-/// The poses before a jump no longer count.
+/// A goal has jumped if its pose differs from the expected pose by more than this fraction of the goal's motion plus a fixed step
+/// \[rad, m\]. The poses before a jump no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
 
@@ -189,7 +189,7 @@ impl GoalStream {
     }
 
     /// Fits a motion to the poses by least squares. Fewer than three poses give a constant twist; otherwise the twist changes at a
-    /// constant rate.
+    /// constant rate. Returns `None` if the poses span no time.
     fn find_fit(&self) -> Option<Fit> {
         let (first, newest) = (self.samples.front()?, self.samples.back()?);
         let span = seconds(newest.time.saturating_sub(first.time));
@@ -222,8 +222,8 @@ impl GoalStream {
     /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` tells
     /// whether position and rotation move independently of the tool. If not, they count as standing.
     ///
-    /// Extrapolates for at most the longest recent age of a pose. Then, for the same time again, returns the last extrapolated pose
-    /// with a twist of zero.
+    /// Extrapolates from the newest pose for at most the largest recent age of a pose. After that, the goal counts as standing at
+    /// the last extrapolated pose for the same time again; then this returns `None`.
     pub fn at(&self, now: Duration, by_itself: [bool; 2]) -> Option<MovingGoal> {
         let fit = self.believed(by_itself)?;
         let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());

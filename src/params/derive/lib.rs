@@ -37,7 +37,7 @@ fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
 /// The keywords that the attribute `#[parameter(...)]` may have.
 const WORDS: [&str; 7] = ["group", "name", "default", "range", "one_of", "required", "fixed"];
 
-/// Returns the attribute's keywords with their values, which are `None` for keywords without a value.
+/// Returns the attribute's keywords with their values. The value of a keyword without a value is `None`.
 fn said(attribute: &Attribute) -> syn::Result<HashMap<String, Option<Expr>>> {
     let mut said = HashMap::new();
     attribute.parse_nested_meta(|meta| {

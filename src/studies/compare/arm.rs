@@ -32,7 +32,7 @@ pub struct Arm {
 pub struct Task {
     /// Joint angles at the start \[rad\].
     pub start: Vec<f64>,
-    /// The goal of the tool. Its sign is the one with which it is nearer to the start pose.
+    /// The goal of the tool. Of the two quaternions q and −q for this pose, it is the one that is nearer to the start pose.
     pub base_from_goal: UnitDualQuaternion,
 }
 
@@ -92,7 +92,7 @@ impl Arm {
     /// and within ±π. Each task has its own stream of random numbers, so the order of runs does not matter.
     ///
     /// # Errors
-    /// There is no error in practice: there is one position per joint.
+    /// [`CompareError::Arm`]. This does not happen in practice, because there is one position per joint.
     pub fn task(&self, seed: u64, number: u32) -> Result<Task, CompareError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(u64::from(number));

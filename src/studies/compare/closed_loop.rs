@@ -15,7 +15,7 @@ use std::time::Duration;
 pub const HORIZON: Duration = Duration::from_secs(10);
 /// A loop counts as settled once it has stayed within the 2 % band for this time.
 const DWELL: Duration = Duration::from_millis(500);
-/// How long before its end a failed loop is observed, to classify the failure.
+/// The last part of a failed loop, in which the program observes the loop to classify the failure.
 const LAST: Duration = Duration::from_secs(1);
 /// Joint speeds below this [rad/s] count as standing.
 const STANDING: f64 = 1e-2;
@@ -95,7 +95,7 @@ impl ClosedLoop<'_> {
     /// Runs the task `number` until the loop has settled, or for [`HORIZON`].
     ///
     /// # Errors
-    /// There is none in practice: the numbers of joints match.
+    /// [`CompareError`] if the task does not fit the arm. This does not happen in practice.
     pub fn run(&self, task: &Task, number: u32) -> std::result::Result<Result, CompareError> {
         Ok(self.run_for(task, number, HORIZON, |_| ())?.0)
     }
@@ -191,7 +191,7 @@ impl Driver {
         Ok(())
     }
 
-    /// Returns the arm at its last measured positions.
+    /// Returns the arm at its last measured positions; `None` before the first measurement.
     fn arm(&self) -> Option<&Arms> {
         match self {
             Self::Law(law) => Some(&law.arms),
@@ -199,7 +199,7 @@ impl Driver {
         }
     }
 
-    /// Returns whether nothing will move any more: a servo whose motion has stalled waits for another goal.
+    /// Returns whether the arm will not move any more, because the servo's motion has stalled and the servo waits for another goal.
     fn is_over(&self) -> bool {
         match self {
             Self::Law(_) => false,
@@ -248,7 +248,7 @@ struct Watch {
     threshold: f64,
     motion: Option<MotionMeter>,
     inside_since: Option<Duration>,
-    /// The smallest error [`size`](Self::size) from the start until [`LAST`] before the end.
+    /// The smallest error, measured by [`size`](Self::size), before the last part [`LAST`] of the loop.
     least: f64,
     error: GoalError,
 }
@@ -274,7 +274,8 @@ impl Watch {
         }
     }
 
-    /// Adds a cycle. Returns false if the arm is out of control. `evaluated` is the arm at `theta`, if it was already evaluated.
+    /// Adds a cycle. Returns false if the arm is out of control. `evaluated` is the arm at `theta`, or `None` if its kinematics are
+    /// not computed yet.
     fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return false;

@@ -48,8 +48,7 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    /// Creates the sensor of an arm that has stood at the joint positions `start` \[rad\] for a long time. Each `task` has its own
-    /// noise.
+    /// Creates the sensor of an arm that has stood at the joint positions `start` \[rad\] until now. Each `task` has its own noise.
     pub fn new(plant: Plant, start: &[f64], task: u32) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(NOISE_SEED);
         random.set_stream(u64::from(task));

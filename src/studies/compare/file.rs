@@ -24,8 +24,8 @@ impl Study {
     /// runs.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::OtherRuns`] and [`CompareError::Damaged`] for existing lines; and the first error of
-    /// a simulated run, of which there is none in practice.
+    /// [`CompareError::File`]; [`CompareError::OtherRuns`] and [`CompareError::Damaged`] for existing lines; the first error of a
+    /// simulated run. In practice, no simulated run fails.
     pub fn write(&self, file: &Path, part: Part, done: impl Fn(u64)) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);
         let runs = part.runs(self.run_count());
@@ -65,6 +65,7 @@ impl Study {
     }
 
     /// Checks the complete lines. The first line, the last line, and one line of each cell must equal the results of this program.
+    /// A cell has the runs of one law under the same conditions.
     pub(super) fn check(
         &self,
         file: &Path,
@@ -93,7 +94,7 @@ impl Study {
         }
     }
 
-    /// Calls `each` with the runs of the complete lines. First checks that each line is of the expected run.
+    /// Calls `each` with the runs of the complete lines, after a check that each line is of the expected run.
     fn lines(
         &self,
         file: &Path,

@@ -29,7 +29,8 @@ pub struct Findings {
     /// The gains that miss their targets by more than 2 %, and the reasons.
     #[serde(default)]
     pub unmatched: Vec<Unmatched>,
-    /// The results of the runs for each cell. There are cells for each arm, and for all arms together.
+    /// The results of each cell: of the runs of one law under the same conditions. There are cells for each arm, and for all arms
+    /// together.
     pub cells: Vec<Cell>,
     /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,
@@ -47,7 +48,7 @@ impl Findings {
     /// Computes the findings of a study from its runs and from the runs of other programs.
     ///
     /// # Errors
-    /// The first error of a simulated run with older joint states. There is none in practice.
+    /// The first error of a simulated run with older joint states. In practice, no simulated run fails.
     pub fn new(study: &Study, summary: &Summary, peers: &Peers) -> Result<Self, CompareError> {
         let arms: Vec<_> = study.arms.iter().map(|arm| arm.name.clone()).collect();
         Ok(Self {
@@ -67,7 +68,7 @@ impl Findings {
         })
     }
 
-    /// Returns the results of a law on `arm`, which may also be `all`.
+    /// Returns the results of a law on `arm`, which may also be `all`; `None` if the findings do not have this cell.
     pub fn cell(&self, matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Option<&Cell> {
         let key = Key::new(matched, law, arm, limits, plant);
         self.cells.iter().find(|cell| cell.key == key)
@@ -96,8 +97,8 @@ impl Findings {
         gains.fold((f64::INFINITY, 0.0), |(low, high), gain| (low.min(gain.gain), high.max(gain.gain)))
     }
 
-    /// Returns the largest percentage by which the gains of these laws miss their targets. `None` if a law fails more than half of
-    /// the tasks.
+    /// Returns the largest percentage by which the gains of these laws miss their targets. Returns `None` if one of these laws
+    /// fails in more than half of the tasks.
     pub fn most_off(&self, matched: Matched, of: impl Fn(Law) -> bool) -> Option<f64> {
         let laws: Vec<_> = Law::all().filter(|law| of(*law)).map(|law| law.name()).collect();
         let mut gains =
@@ -113,12 +114,12 @@ impl Findings {
         gains.all(Gain::is_matched)
     }
 
-    /// Returns how old joint states may be for a law.
+    /// Returns how old joint states may be for a law; `None` if the findings do not have this law.
     pub fn ageing(&self, law: Law, limits: bool) -> Option<&Ageing> {
         self.ageing.iter().find(|ageing| ageing.law == law.name() && ageing.limits == limits)
     }
 
-    /// Returns the median time of a step \[ns\].
+    /// Returns the median time of a step \[ns\]; `None` if it was not measured.
     pub fn step_ns(&self, law: Law) -> Option<f64> {
         self.step_times.iter().find(|time| time.law == law.name()).map(|time| time.ns[0])
     }

@@ -13,13 +13,13 @@ use std::ops::Range;
 
 /// The ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// An age is acceptable for a law if at least this percentage of tasks settles at that age. Only tasks that settle with fresh joint
-/// states count.
+/// An age is acceptable for a law if at least this percentage of tasks settles with joint states of that age. The percentage is of
+/// the tasks that settle with fresh joint states.
 const HOLDS: f64 = 95.0;
-/// Number of tasks of each arm on which an age is tried first. If the result of these tasks is in doubt, all tasks are tried.
+/// Number of tasks of each arm on which an age is tried first. If their result is in doubt (see [`NO_DOUBT`]), all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The quantile of the normal distribution for a first decision (p < 1e-4). The result for an age is in doubt if the interval with
-/// this quantile contains 95 %.
+/// The result of the [`FIRST`] tasks is in doubt if the confidence interval of their percentage contains 95 %. This is the quantile
+/// of the normal distribution for that interval (p < 1e-4).
 const NO_DOUBT: f64 = 4.0;
 
 /// The age of joint states up to which a law works.
@@ -35,11 +35,11 @@ pub struct Ageing {
     pub settled_percent: Vec<(f64, Interval)>,
     /// The largest age at which at least 95 % of these tasks settle \[ms\]; 0 if there is no such age.
     pub holds_up_to_ms: f64,
-    /// The largest tried age at which the whole confidence interval of the settled share is at or above 95 % \[ms\]; 0 if there is
-    /// no such age.
+    /// The largest age at which certainly at least 95 % of these tasks settle \[ms\]: the lower end of the confidence interval is
+    /// 95 % or more. 0 if there is no such age among the tried ages.
     pub low_ms: f64,
-    /// The smallest tried age at which the whole confidence interval of the settled share is below 95 % \[ms\]; `None` if there is
-    /// no such age.
+    /// The smallest age at which certainly less than 95 % of these tasks settle \[ms\]: the upper end of the confidence interval is
+    /// below 95 %. `None` if there is no such age among the tried ages.
     pub high_ms: Option<f64>,
 }
 
@@ -56,16 +56,17 @@ fn age_ms(cycles: usize) -> f64 {
     1e3 * PERIOD.as_secs_f64() * cycles as f64
 }
 
-/// Returns the plant of the comparison whose joint states have this age \[cycles\] and no other imperfection.
+/// Returns the plant of the comparison whose joint states have this age \[cycles\] and no other imperfection; `None` if there is no
+/// such plant.
 fn known(age: usize) -> Option<&'static Plant> {
     PLANTS.iter().find(|plant| plant.latency == age && plant.noise == 0.0)
 }
 
-/// Determines the largest acceptable age for every law, once without and once with the servo's limits. The laws have their gains
-/// for equal settling time.
+/// Determines the largest acceptable age for every law, once without and once with the servo's limits. Each law has its gain for
+/// equal settling time.
 ///
 /// # Errors
-/// The first error of a simulated run; none in practice.
+/// The first error of a simulated run. In practice, no simulated run fails.
 pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
     let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));
     each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
@@ -95,8 +96,9 @@ struct Ages<'a> {
 }
 
 impl Ages<'_> {
-    /// Finds the largest acceptable age by bisection: the older the joint states are, the fewer tasks settle. From there finds the
-    /// ages at which the result is certain. Tries the ages of the comparison's plants first, because their results are known.
+    /// Finds the largest acceptable age by bisection, which assumes that fewer tasks settle with older joint states. Then finds the
+    /// nearest ages at which the result is certain. Tries the ages of the comparison's plants first, because their results are
+    /// known.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());
         for place in (0..AGES.len()).filter(|place| known(AGES[*place]).is_some()) {
@@ -138,7 +140,7 @@ impl Ages<'_> {
         tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
     }
 
-    /// Returns whether a task settles with the plant `plant` of the comparison.
+    /// Returns whether a task settles with the plant `plant` of the comparison; `None` if the comparison has no such run.
     fn settles(&self, task: ArmTask, plant: &str) -> Option<bool> {
         let arm = &self.study.arms[task.arm].name;
         let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);

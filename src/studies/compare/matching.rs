@@ -34,8 +34,8 @@ pub(super) fn others() -> impl Iterator<Item = Law> {
     Law::all().filter(|law| *law != REFERENCE.0)
 }
 
-/// Number of tasks on which gains are chosen. With this number, the error of the settling times of laws with the damped inverse is
-/// at most [`CLOSE`]. Peak speeds vary so much among tasks that ten times as many tasks would be necessary.
+/// Number of tasks on which gains are chosen. With this many tasks, the settling times of laws with the damped inverse are accurate
+/// to [`CLOSE`]. Peak speeds vary more from task to task, and would need ten times as many tasks.
 pub(super) const PILOTS: usize = 1024;
 /// Number of tasks for the coarse search of a gain.
 const FEW: usize = 48;
@@ -47,8 +47,8 @@ const JUDGE_SEED: u64 = 0x6a75_6467_6573;
 const ROUNDING: f64 = 1e-6;
 /// A gain counts as matched if its value differs from the reference law's value by at most this fraction.
 pub(super) const CLOSE: f64 = 0.02;
-/// Relative accuracy of a chosen gain. More accuracy is of no use: settling times are multiples of the 5 ms cycle, about 1/400 of
-/// the reference law's settling time.
+/// Relative accuracy of a chosen gain. More accuracy would be of no use, because settling times are multiples of the 5 ms cycle. A
+/// cycle is about 1/400 of the reference law's settling time.
 const CHOSEN: f64 = 0.003;
 /// Largest gain that is tried [1/s].
 const HIGHEST: f64 = 1e4;
@@ -77,7 +77,7 @@ impl Gain {
     }
 }
 
-/// Tasks of an arm on which gains are chosen, or on which the choice is judged. No comparison uses them.
+/// Tasks of an arm on which gains are chosen, or on which the choice is judged. The comparison itself uses other tasks.
 pub(super) struct Tasks<'a> {
     arm: &'a Arm,
     tasks: Vec<Task>,
@@ -155,8 +155,8 @@ impl<'a> Tasks<'a> {
     }
 }
 
-/// Returns the gain at which a law has the reference's median settling time on an arm. The law need not be registered. The gain is
-/// approximate, from only a few tasks.
+/// Returns the gain at which a law has the reference's median settling time on an arm. Also accepts a law that is not registered.
+/// The gain is approximate, because it comes from only a few tasks.
 ///
 /// # Errors
 /// [`CompareError::NeverSettles`] if the law settles in less than half of the tasks at every gain.
@@ -175,7 +175,7 @@ pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
 /// Chooses the gain of each law on an arm, once for equal settling time and once for equal peak speed.
 ///
 /// # Errors
-/// The first error of a simulated run. There is none in practice.
+/// The first error of a simulated run. In practice, no simulated run fails.
 pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareError> {
     let (pilots, judges) = (Tasks::new(arm, PILOT_SEED)?, Tasks::judges(arm)?);
     let (few, all, judged) = (
@@ -205,10 +205,10 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
     Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| gain(matched, law))).collect()
 }
 
-/// Returns whether `kept` has the gains of all laws on these arms, and its targets equal the targets that this program measures.
+/// Returns whether `kept` has the gains of all laws on these arms, with the same targets as this program measures.
 ///
 /// # Errors
-/// The first error of a simulated run; none in practice.
+/// The first error of a simulated run. In practice, no simulated run fails.
 pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
     let mut kept = kept.iter();
     for arm in arms {
@@ -272,8 +272,8 @@ impl Search<'_> {
     }
 
     /// Returns the best of a few gains, starting from `near`. With k times the gain, a law follows the same path k times as fast,
-    /// apart from the effects of the control period and of gain limits. So each step multiplies the gain by the measured value
-    /// divided by the target (for a settling time), or by the inverse of this ratio (for a peak speed).
+    /// apart from the effects of the control period and of gain limits. So each step multiplies the gain by a ratio: the measured
+    /// value divided by the target for a settling time, the target divided by the measured value for a peak speed.
     fn fine(&self, near: f64) -> Result<f64, CompareError> {
         const STEPS: usize = 5;
         let (mut gain, mut best) = (near, (f64::INFINITY, near));

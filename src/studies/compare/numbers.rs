@@ -2,7 +2,7 @@
 
 use super::Interval;
 
-/// Formats a number with three digits, which is as many as the intervals justify.
+/// Formats a number with three digits. The confidence intervals do not justify more.
 pub(super) fn number(value: f64) -> String {
     match value.abs() {
         v if !v.is_finite() => "-".to_owned(),

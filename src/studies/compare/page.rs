@@ -46,7 +46,7 @@ pub fn page(findings: &Findings) -> String {
     )
 }
 
-/// Returns the section about the laws with gains for the same `matched` quantity, behind the ideal plant.
+/// Returns the section about the laws on the ideal plant, with gains that make the quantity `matched` equal.
 fn condition(findings: &Findings, matched: Matched, limits: bool) -> String {
     let cell = |law| findings.cell(matched, law, ALL_ARMS, limits, "ideal");
     let common = Law::all().filter_map(cell).find_map(|cell| Some((cell.common?, cell.runs)));
@@ -83,7 +83,7 @@ fn peers(findings: &Findings) -> String {
     fill("peers", &[("tasks", &tasks), ("law", &law), ("conditions", &conditions.concat())])
 }
 
-/// Explains why gains miss the settling time: a sentence and a space, or nothing if no gain does.
+/// Explains why gains miss the settling time. Returns a sentence and a space, or an empty text if no gain misses it.
 fn unmatched_times(findings: &Findings) -> String {
     let of = |unmatched: &&Unmatched| unmatched.gain.matched == Matched::SettlingTime;
     let all: Vec<_> = findings.unmatched.iter().filter(of).collect();
@@ -94,7 +94,7 @@ fn unmatched_times(findings: &Findings) -> String {
     }
 }
 
-/// Explains why gains miss the peak speed: a sentence and a space, or nothing if no gain does.
+/// Explains why gains miss the peak speed. Returns a sentence and a space, or an empty text if no gain misses it.
 fn unmatched_speeds(findings: &Findings) -> String {
     let of = |unmatched: &&Unmatched| unmatched.gain.matched == Matched::PeakSpeed;
     let all: Vec<_> = findings.unmatched.iter().filter(of).collect();

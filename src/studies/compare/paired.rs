@@ -42,8 +42,8 @@ impl Paired {
         [0, 1].map(|way| self.tasks.iter().filter(alone(way)).count())
     }
 
-    /// Returns how much later tasks settle under the second condition \[s\]: the median difference over the tasks that settle
-    /// under both conditions.
+    /// Returns how much later tasks settle under the second condition than under the first \[s\]. This is the median difference
+    /// over the tasks that settle under both conditions; `None` if there are no such tasks.
     pub fn later(&self) -> Option<Interval> {
         let both = self.tasks.iter().filter_map(|[first, second]| Some(second.settled? - first.settled?));
         let mut differences: Vec<_> = both.collect();
@@ -60,7 +60,7 @@ impl Paired {
         rest
     }
 
-    /// Returns the result without the tasks in which the arm passed through itself.
+    /// Returns the result with stricter success: a run in which the arm passed through itself counts as not settled.
     #[must_use]
     pub fn past_itself(&self) -> Self {
         let mut paired = self.clone();
@@ -74,8 +74,8 @@ impl Paired {
 
     /// Returns a table of the `rows`. `first` and `second` are the names of the two conditions.
     ///
-    /// The columns are: the percentages of tasks that settle with their 95 % intervals; the numbers of tasks that differ; the
-    /// probability that the difference is chance; and how much later tasks settle under the second condition.
+    /// The columns are: the percentages of tasks that settle, with 95 % intervals; the numbers of tasks that settle under one
+    /// condition only; the probability that the difference is chance; and how much later tasks settle under the second condition.
     pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> String {
         let mut table = format!(
             "| law | arm | tasks | settled, {first} [%] | settled, {second} [%] | only {first}, only {second} | p | {second} later [s] | not \

@@ -29,7 +29,7 @@ named! {
     }
 }
 
-/// The quantities that are compared on the tasks that both laws settle, in the order of a row's columns.
+/// The quantities that are compared only on tasks that settle under both laws, in the order of a row's columns.
 pub(super) const FIGURES: [Quantity; 5] =
     [Quantity::SettlingTime, Quantity::PathRatio, Quantity::Overshoot, Quantity::Effort, Quantity::PeakSpeed];
 
@@ -51,7 +51,7 @@ pub struct Comparison {
     /// The number of tasks on which the first law has the larger value, and the number on which the second law has the larger
     /// value.
     pub more: [usize; 2],
-    /// The first law's value less the second law's value. For percentages, it is in percentage points; for the other quantities,
+    /// The first law's value minus the second law's value. For percentages, it is in percentage points; for the other quantities,
     /// it is the median of the differences over the tasks.
     pub difference: Interval,
     /// The probability that chance alone makes the two numbers in `more` at least as different as they are.
@@ -83,8 +83,9 @@ impl Comparison {
     }
 }
 
-/// Returns the probability that `a + b` tosses of a coin split at least as unevenly as `a` and `b` (the exact sign test). For the
-/// numbers of pairs in which only one member has a property, this is the exact test of McNemar (1947).
+/// Returns the probability that `a + b` tosses of a coin split at least as unevenly as `a` and `b` (the exact sign test). If `a`
+/// and `b` are the numbers of pairs in which only the first or only the second member has a property, this is the exact test of
+/// McNemar (1947).
 pub fn sign_test(a: usize, b: usize) -> f64 {
     // One half is a valid probability, so the distribution always exists.
     Binomial::new(0.5, (a + b) as u64).map_or(1.0, |tosses| (2.0 * tosses.cdf(a.min(b) as u64)).min(1.0))
@@ -103,9 +104,9 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// Returns the difference of two percentages of the same pairs \[points\]. `first` is the number of pairs in which only the
-    /// first member has the property; `second`, in which only the second member has it. The interval is Wald's, with half a pair
-    /// added to each cell of the 2×2 table (Agresti & Min 2005).
+    /// Returns the difference of two percentages \[points\]: how often the first members and how often the second members of
+    /// `pairs` pairs have a property. Only the first member has it in `first` pairs, only the second member in `second` pairs. The
+    /// interval is Wald's, with half a pair added to each cell of the 2×2 table (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);
@@ -166,8 +167,8 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Compares two laws task by task. Returns the number of pairs, the numbers of pairs in which the first and the second law have
-/// the larger value, and the difference. `None` if the laws have no task that both settle.
+/// Compares two laws task by task. Returns the number of pairs, the numbers of pairs in which the first and the second law have the
+/// larger value, and the difference. Returns `None` if no task settles under both laws.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

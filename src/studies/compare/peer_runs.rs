@@ -1,5 +1,5 @@
-//! The runs of other programs under the arms' limits. They are compared with runs of the reference law at the second value of a
-//! servo parameter.
+//! The runs of other programs under the arms' limits. This module compares them with runs of the reference law at the second of two
+//! compared values of a servo parameter.
 
 use super::paired::{End, Paired};
 use super::record::Record;
@@ -40,8 +40,8 @@ impl PeerRuns {
         if runs.are_of(study, &theirs.lines().collect())? { Ok(runs) } else { Err(other()) }
     }
 
-    /// Returns whether the programs have run the study's tasks, as far as both have them. `theirs` has the lines of the programs'
-    /// tasks.
+    /// Returns whether the programs' tasks equal the study's tasks, as far as both have tasks. `theirs` has the lines of the
+    /// programs' tasks.
     fn are_of(&self, study: &Study, theirs: &HashSet<&str>) -> Result<bool, CompareError> {
         for arm in &study.arms {
             let counts = self.0.iter().filter(|((_, of), _)| *of == arm.name).map(|(_, tasks)| tasks.len());
@@ -55,8 +55,8 @@ impl PeerRuns {
         Ok(true)
     }
 
-    /// Compares the reference law under its second condition with each program, on the tasks that both have run. Returns the name
-    /// of each program with a row for each arm.
+    /// Compares the reference law under its second condition with each program, on the tasks that both the law and the program have
+    /// run. Returns the name of each program with a row for each arm.
     pub fn beside(&self, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
         let mut tables: BTreeMap<&str, Vec<Paired>> = BTreeMap::new();
         for row in rows.iter().filter(|row| row.law == REFERENCE.0.name()) {

@@ -73,7 +73,8 @@ impl Peers {
         self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()
     }
 
-    /// Compares each program with the reference law, on the tasks that both have run. The probabilities are not adjusted yet.
+    /// Compares each program with the reference law, on the tasks that both the program and the law have run. The probabilities are
+    /// not adjusted yet.
     pub(super) fn comparisons(&self) -> Vec<Comparison> {
         let reference = |limits| Key::new(Matched::SettlingTime, REFERENCE.0, ALL_ARMS, limits, "ideal");
         let rows = |key: &Key| -> &[Option<Row>] { self.summary.rows(key) };

@@ -27,7 +27,7 @@ pub struct Record<'a> {
     pub gain: f64,
     /// How the run ended: settled, or the reason of the failure.
     pub outcome: Cow<'a, str>,
-    /// The time from which both errors stay below 2 % of their initial values \[s\]; `None` if they do not.
+    /// The time from which the errors of position and rotation stay below 2 % of their initial values \[s\]; `None` if they do not.
     pub settling_s: Option<f64>,
     /// The tool's path length divided by the distance between the ends of the path; `None` if that distance is below a millimeter.
     pub path_ratio: Option<f64>,
@@ -40,7 +40,7 @@ pub struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    /// Creates the record of a run that ended as `ended`. Numbers have six digits, which is as many as are meaningful.
+    /// Creates the record of a run that ended as `ended`. Numbers have six digits, because further digits have no meaning.
     pub(super) fn new(run: &Run<'a>, ended: &Ended) -> Self {
         let figures = &ended.figures;
         Self {
@@ -60,7 +60,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Reads the lines of `file`, which other programs have written. Returns none if the file does not exist.
+    /// Reads the lines of `file`, which other programs have written. Returns an empty list if the file does not exist.
     ///
     /// # Errors
     /// [`CompareError::File`] or [`CompareError::Damaged`].

@@ -55,7 +55,8 @@ impl Laws<'_> {
         self.findings.comparison(quantity, Matched::SettlingTime, ALL_ARMS, true, law, other)
     }
 
-    /// Returns the law among `others` whose difference from `law` is the least significant.
+    /// Returns the law among `others` whose difference from `law` is the least significant, with the comparison of the two; `None`
+    /// if there is no comparison.
     fn nearest(&self, quantity: Quantity, law: Law, others: &[Law]) -> Option<(Law, Comparison)> {
         let compared = |other: &Law| Some((*other, self.compared(quantity, law, *other)?));
         let each = others.iter().filter(|other| **other != law).filter_map(compared);
@@ -99,7 +100,8 @@ impl Laws<'_> {
         fill("take", &values)
     }
 
-    /// Returns a sentence about the arms on which a law differs from the reference in another direction than on all arms together.
+    /// Returns a sentence about the arms on which a law differs from the reference in the opposite direction than on all arms
+    /// together, or the sentence that there are no such arms. Returns `None` if there is only one arm, or no law in `rest`.
     fn on_each_arm(&self) -> Option<String> {
         let Self { findings, rest, .. } = self;
         let reversed = |(arm, law): (&String, Law)| {

@@ -36,8 +36,8 @@ fn keep(file: &Path, text: &str) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Yields the conditions under which every law runs every task. Gains for equal peak speed only show whether the choice of the
-/// matched quantity matters. For that purpose, fresh joint states are enough.
+/// Yields the conditions under which every law runs every task. Runs with gains for equal peak speed only serve to show whether the
+/// results depend on the quantity that the gains make equal. Fresh joint states are enough for that.
 fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
     Matched::ALL.into_iter().flat_map(|matched| {
         let plants = if matched == Matched::SettlingTime { &PLANTS[..] } else { &PLANTS[..1] };
@@ -151,10 +151,10 @@ impl Study {
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
     }
 
-    /// Yields the number of one run of each cell. Each of these runs is of another task.
+    /// Yields the number of one run of each cell. If there are enough tasks, no two of these runs are of the same task.
     pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
-        /// The distance between the task numbers of successive cells. It is prime, so that it has no common factor with usual
-        /// numbers of tasks.
+        /// The distance between the task numbers of successive cells. This distance is prime, so that it has no common factor with
+        /// usual numbers of tasks.
         const STRIDE: u64 = 7919;
         let tasks = u64::from(self.tasks);
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
@@ -163,7 +163,7 @@ impl Study {
     /// Runs one run of each cell.
     ///
     /// # Errors
-    /// The first error of a simulated run. There is none in practice.
+    /// The first error of a simulated run. In practice, no simulated run fails.
     pub fn sample(&self) -> Result<Vec<Record<'_>>, CompareError> {
         let numbers: Vec<_> = self.sampled().collect();
         numbers.into_par_iter().map(|number| self.record(number)).collect()

@@ -105,11 +105,12 @@ pub struct Cell {
     /// The number of failed runs for each reason.
     pub failures: BTreeMap<String, usize>,
     /// The median settling time of all runs \[s\]; a run has settled when its errors stay below 2 % of their initial values. A
-    /// failed run counts as later than the horizon. An end of the interval that equals the horizon stands for a time beyond the
+    /// failed run counts as later than the horizon. If an end of the interval equals the horizon, the true end is beyond the
     /// horizon.
     pub settling_s: Option<Interval>,
-    /// The number of tasks for the medians of path, overshoot, effort and speed. These are the tasks that every law settles,
-    /// except laws that settle fewer than half of all tasks. `None` if the law of this cell is such a law.
+    /// The number of tasks for the four medians below, which are `None` if there is no such task. These are the tasks that settle
+    /// under every law. Laws under which fewer than half of all tasks settle do not count; `None` if the law of this cell is one of
+    /// these.
     pub common: Option<usize>,
     /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,
@@ -195,7 +196,8 @@ impl Summary {
         self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }
 
-    /// Returns, for each task of a cell, whether every law settles it. Laws that settle fewer than half of the tasks do not count.
+    /// Returns, for each task of a cell, whether the task settles under every law. Laws under which fewer than half of the tasks
+    /// settle do not count.
     pub fn common(&self, key: &Key) -> Vec<bool> {
         let mut common = vec![true; self.rows(key).len()];
         let beside = self.cells.iter().filter(|(other, cell)| key.is_beside(other) && cell.settles_half());
@@ -234,7 +236,7 @@ impl Summary {
     }
 }
 
-/// Returns the median of the finite values, with its interval.
+/// Returns the median of the finite values, with its interval; `None` if no value is finite.
 fn median(values: impl Iterator<Item = f64>, z: f64) -> Option<Interval> {
     let mut values: Vec<_> = values.filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);

@@ -23,7 +23,7 @@ pub enum Switch {
     Reconfigure,
     /// Whether the law has the keep-outs, the arm's body and its joint limits as constraints.
     Constraints,
-    /// Whether joints to spare return to the posture in which the motion began.
+    /// Whether the joints of an arm with joints to spare return to the posture in which the motion began.
     Posture,
 }
 
@@ -71,7 +71,7 @@ impl Study {
     /// Runs every law on every arm with both values of the parameter. Calls `done` after each loop.
     ///
     /// # Errors
-    /// The first error of a simulated run. There is none in practice.
+    /// The first error of a simulated run. In practice, no simulated run fails.
     pub fn switched(&self, switch: Switch, done: impl Fn() + Sync) -> Result<Vec<Paired>, CompareError> {
         let mut all = Vec::new();
         let [first, second] = switch.values();

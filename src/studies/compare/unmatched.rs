@@ -16,13 +16,15 @@ pub struct Unmatched {
     /// The median of the matched quantity with this gain [s or rad/s], with its 95 % interval. A settling time is at most the
     /// horizon.
     pub median: Interval,
-    /// The median settling time with half an octave less gain, and with half an octave more gain \[s\]. The value is the horizon if
-    /// more than half of the tasks fail. `None` for equal peak speed, which grows with the gain.
+    /// The median settling times with half an octave less gain and with half an octave more gain \[s\]. If more than half of the
+    /// tasks fail, the time is the horizon. `None` if the gain is for equal peak speed, because the peak speed only grows with the
+    /// gain.
     pub beside: Option<[f64; 2]>,
 }
 
 impl Unmatched {
-    /// Returns whether no gain reaches the target: the law settles later both with less and with more gain.
+    /// Returns whether no other gain makes the law settle earlier, so that no gain reaches the target. The law then settles later
+    /// both with less and with more gain.
     pub fn is_fastest(&self) -> bool {
         self.beside.is_some_and(|beside| beside.iter().all(|median| *median >= self.median.value))
     }
@@ -32,7 +34,7 @@ impl Unmatched {
         50.0 * (self.median.high - self.median.low) / self.median.value
     }
 
-    /// Returns the number of tasks that would reduce half the interval's width to 2 % of the median.
+    /// Returns the number of tasks with which half the interval's width would be 2 % of the median.
     pub fn tasks_needed(&self) -> f64 {
         PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
     }
@@ -41,7 +43,7 @@ impl Unmatched {
 /// Returns the gains of a study that are not matched, with the reasons.
 ///
 /// # Errors
-/// The first error of a simulated run. There is none in practice.
+/// The first error of a simulated run. In practice, no simulated run fails.
 pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     let mut all = Vec::new();
     for arm in &study.arms {
@@ -68,7 +70,7 @@ pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     Ok(all)
 }
 
-/// Returns the largest value that can be measured. Settling times end at the horizon.
+/// Returns the largest value of this quantity that can be measured. For a settling time, this is the horizon.
 fn most(matched: Matched) -> f64 {
     match matched {
         Matched::SettlingTime => HORIZON.as_secs_f64(),

@@ -18,8 +18,8 @@ pub struct Shifted {
     pub gain: f64,
     /// The shift of the base along x.
     pub shift_m: f64,
-    /// The largest distance, at equal times, between this path and the path with the first shift. Both paths are relative to the
-    /// arm.
+    /// The largest distance between the tool of this run and the tool of the run with the first shift, at equal times. Both
+    /// positions are relative to the arm's own base.
     pub deviation_mm: f64,
 }
 
@@ -131,7 +131,7 @@ fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {
     }
 }
 
-/// Returns points of a path that are so far apart that dots do not touch.
+/// Returns points of a path that are far enough apart to be drawn as separate dots.
 fn spaced(points: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     const APART: f64 = 0.015;
     let mut last: Option<Vector3<f64>> = None;

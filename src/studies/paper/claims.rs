@@ -166,7 +166,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     )
 }
 
-/// Returns whether the first motion settled, and settled earlier than the second motion (or the second never settled).
+/// Returns whether the first motion settled earlier than the second motion. This is also so if only the first motion settled.
 fn sooner(first: Option<f64>, second: Option<f64>) -> bool {
     first.is_some_and(|first| second.is_none_or(|second| first < second))
 }

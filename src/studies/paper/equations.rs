@@ -56,10 +56,10 @@ impl LogarithmEquations {
 /// Three interpretations of one pose: by eq. 13, by the exponential of eq. 31, and by the exponential of the logarithm of eq. 32.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoseEquations {
-    /// How far the translation of `r exp(ε ½ t)` (eq. 31) is from t \[m\]. This translation is `R t`, because `r exp(ε ½ t) = r + ε
-    /// ½ r t`, whereas eq. 13 has `r + ε ½ t r`.
+    /// The distance of the translation of `r exp(ε ½ t)` (eq. 31) from t \[m\]. That translation is `R t`, because `r exp(ε ½ t) =
+    /// r + ε ½ r t`. In contrast, eq. 13 has `r + ε ½ t r`, whose translation is t.
     pub product_off_m: f64,
-    /// How far the translation of the dual quaternion exponential of `½ θ k + ε ½ t` (eq. 32) is from t \[m\].
+    /// The distance from t of the translation that the exponential of `½ θ k + ε ½ t` has (eq. 32) \[m\].
     pub logarithm_off_m: f64,
 }
 

@@ -20,7 +20,7 @@ pub struct Swept {
     pub part: f64,
     /// The largest joint speed [rad/s].
     pub peak_rad_s: f64,
-    /// The time until the errors of rotation and position stay below 2 % of their initial values \[s\].
+    /// The time until the errors of rotation and position stay below 2 % of their initial values \[s\]; `None` if they do not.
     pub settling_s: Option<f64>,
     /// The path length divided by the distance between the ends of the path.
     pub path_ratio: Option<f64>,

@@ -23,7 +23,7 @@ pub struct Laboratory {
 pub struct SimulatedRun {
     /// The law with its gains.
     pub controller: Controller,
-    /// The goal, with the chosen sign.
+    /// The goal pose. The quaternions q and −q are the same pose; this is the one that is nearer to the start pose.
     pub goal: UnitDualQuaternion,
     /// The joint angles over time.
     pub trajectory: Trajectory,

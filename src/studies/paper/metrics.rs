@@ -17,9 +17,8 @@ pub struct Metrics {
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
     /// The distance from start to goal.
     pub distance_m: f64,
-    /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular
-    /// value in the figures is 0. The smallest value of the samples would be arbitrary, because no sample is exactly at the
-    /// singularity.
+    /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular value
+    /// in the figures is 0. The samples do not show this value, because no sample is exactly at the singularity.
     pub singularity_crossed: bool,
     /// When the determinant changed its sign, to the accuracy of a sample.
     pub singularities_crossed_s: Vec<f64>,

@@ -16,8 +16,8 @@ pub struct Trajectory {
     pub states: Vec<Vec<f64>>,
 }
 
-/// The time between two samples \[s\]. It is short enough for the first hundredth of a second of diffc's motion, which covers a
-/// third of the path.
+/// The time between two samples \[s\]. This time is short enough for the beginning of diffc's motion: the tool covers a third of
+/// the path in the first hundredth of a second.
 pub const INTERVAL: f64 = 1e-3;
 
 /// The relative tolerance of an integration step.
@@ -28,7 +28,7 @@ const ABSOLUTE_TOLERANCE: f64 = 1e-11;
 /// Largest number of steps of an integration. More steps indicate an endless motion.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Returns the times of the samples \[s\], the last of which is at most `duration`.
+/// Returns the times of the samples up to `duration` \[s\].
 fn times(duration: f64) -> Vec<f64> {
     let last = (duration / INTERVAL + 1e-9) as u32;
     (0..=last).map(|count| (f64::from(count) * INTERVAL).min(duration)).collect()

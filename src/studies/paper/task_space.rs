@@ -28,12 +28,12 @@ pub struct TaskSpaceMetrics {
     /// The half-log pair at the start \[rad, m\].
     pub initial: [f64; 6],
     /// The time from which each component of the half-log pair stays within 1e-3 of zero \[s\]. `None` if the component does not
-    /// stay within 1e-3, or was never outside.
+    /// stay within 1e-3 of zero, or was never farther from zero.
     pub last_crossing_s: [Option<f64>; 6],
-    /// The time from which the rotation error stays below 2 % of its initial value \[s\]; `None` if the error does not.
+    /// The time from which the rotation error stays below 2 % of its initial value \[s\]; `None` if there is no such time.
     #[serde(rename = "settling_time_2_percent_rotation_s")]
     pub settling_time_rotation: Option<f64>,
-    /// The time from which the translation error stays below 2 % of its initial value \[s\]; `None` if the error does not.
+    /// The time from which the translation error stays below 2 % of its initial value \[s\]; `None` if there is no such time.
     #[serde(rename = "settling_time_2_percent_position_s")]
     pub settling_time_position: Option<f64>,
     /// The path length of the tool divided by the distance from start to goal.
@@ -93,7 +93,8 @@ impl TaskSpaceLogc {
         }
     }
 
-    /// Returns the time from which a component stays within 1e-3 of zero \[s\]. Its curve in figure 4 of the paper begins there.
+    /// Returns the time from which a component stays within 1e-3 of zero \[s\]; `None` if there is no such time. In figure 4 of the
+    /// paper, the component's curve begins at this time.
     fn last_crossing(&self, component: usize) -> Option<f64> {
         const EDGE: f64 = 1e-3;
         let size = |sample: usize| Some(self.half_logs.get(sample)?[component].abs());
@@ -104,7 +105,7 @@ impl TaskSpaceLogc {
     }
 
     /// Returns the time from which the three components with the indices from `first` to `first + 2` stay below 2 % of their
-    /// initial size \[s\].
+    /// initial size \[s\]; `None` if there is no such time.
     fn settled(&self, first: usize) -> Option<f64> {
         let size = |half_log: &Vector6<f64>| half_log.fixed_rows::<3>(first).norm();
         let mut settling = Settling::new(self.half_logs.first().map_or(0.0, size), 0.0);

@@ -22,7 +22,8 @@ const PATIENCE: Duration = Duration::from_millis(200);
 /// A singularity counts as the cause of a stall if the joints can reduce less than this fraction of the law's error.
 const HELD_UP: f64 = 0.1;
 
-/// A pull is assumed only at commanded speeds above this [rad/s, prismatic: m/s].
+/// A payload or gravity counts as pulling at a joint only if the joint is commanded to move at least at this speed [rad/s,
+/// prismatic: m/s].
 const PULLED: f64 = 1e-3;
 
 /// Another escape begins only if the error is below this factor times the error at the beginning of the last escape. So escapes
@@ -83,8 +84,8 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
-    /// Returns [`Stall::Sagging`] if a pull at the joints cancels the law's velocity. In that case, the joint with the largest pull
-    /// loses most of its command to the pull.
+    /// Returns [`Stall::Sagging`] if a payload or gravity pulls at the joints and so cancels the law's velocity. This is the case
+    /// if the joint with the largest pull loses most of its command to the pull. Returns `None` otherwise.
     pub(super) fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
         // A standing arm loses all of its command.
@@ -94,8 +95,8 @@ impl Servo {
         (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
     }
 
-    /// Returns the reason why the motion to `goal` makes no progress. Returns `None` if a singularity stopped it and an escape has
-    /// begun.
+    /// Returns the reason why the motion to `goal` makes no progress. Returns `None` if a singularity stopped the motion and an
+    /// escape has begun.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));

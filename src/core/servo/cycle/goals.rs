@@ -130,8 +130,8 @@ impl Servo {
         }
     }
 
-    /// Moves the current goal with its frame, or notes that the frame is lost. Then the arm holds until the frame is found again.
-    /// Without a goal, or with a goal of joint positions, this does nothing.
+    /// Moves the current goal with its frame. If the frame is lost, the arm holds until the frame is found again. Without a goal,
+    /// or with a goal of joint positions, this does nothing.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The goal does not move then.
@@ -159,7 +159,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Tells the oscillation monitor how the law's error has changed with the change from the goal `before` to the present goal.
+    /// Reports to the oscillation monitor by how much the law's error has changed because the present goal differs from the goal
+    /// `before`.
     fn tell_oscillation(&mut self, before: Option<Goal>) {
         let after = self.mode.pursuit().map(|pursuit| pursuit.goal);
         let (Some(before), Some(after)) = (before, after.filter(|after| before.as_ref() != Some(after)))

@@ -6,17 +6,16 @@ use crate::servo::{MotionRequest, Outcome, Rejection, Requester, Revocation, Sen
 use std::time::Duration;
 
 impl Servo {
-    /// Names the tool's own frame. Twists may then be given in it as well as in the goal frame.
+    /// Names the tool's own frame. Twists may then be given in this frame as well as in the goal frame.
     #[must_use]
     pub fn with_tool_frame(mut self, tool_frame: &str) -> Self {
         tool_frame.clone_into(&mut self.frames.tool);
         self
     }
 
-    /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that its
-    /// publisher sends without a silence are one [`MotionRequest`], as of a user who holds a joystick. A zero twist ends this
-    /// request, as if the joystick were released, and does not drop a goal. If two publishers send twists, the first publisher
-    /// counts.
+    /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that one
+    /// publisher sends without a silence are one [`MotionRequest`], as if a user held a joystick. A zero twist ends this request,
+    /// as if the joystick were released, and does not drop a goal. If two publishers send twists, the first publisher counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -46,8 +45,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist. If the twist's request is revoked, the arm does not move. The servo then only reports the reason, and the
-    /// request of another publisher remains.
+    /// Follows a twist, unless its request is revoked. A revoked request does not move the arm. It becomes the current request, so
+    /// that the servo reports the revocation, unless another publisher's request is current.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {
@@ -67,8 +66,8 @@ impl Servo {
         now.saturating_sub(jog.received) <= self.settings.twist_timeout
     }
 
-    /// Ends a twist that has lapsed. Withdraws the consent if the stick was released. Ends a zero twist once the arm is at rest, so
-    /// that endless zeros do not block goals.
+    /// Ends a twist that has lapsed. Withdraws the request for twists if its publisher has released the joystick or has fallen
+    /// silent. Ends a zero twist once the arm is at rest, so that endless zero twists do not block goals.
     pub(super) fn watch_jog(&mut self, now: Duration) {
         let is_over = |jog: &Jog| !self.is_fresh(jog, now) || (jog.twist.is_zero() && self.at_rest());
         if self.mode.jog().is_some_and(is_over) {
@@ -82,7 +81,7 @@ impl Servo {
         }
     }
 
-    /// Returns whether a twist is in force, which excludes goals.
+    /// Returns whether a twist is in force. The servo rejects goals during that time.
     pub(super) fn is_jogged(&self, now: Duration) -> bool {
         self.mode.jog().is_some_and(|jog| self.is_fresh(jog, now))
     }

@@ -36,14 +36,14 @@ impl Servo {
         Ok(())
     }
 
-    /// Returns whether the offered joint goal is the end of the joint line within the tolerances, so that reaching one reaches the
-    /// other.
+    /// Returns whether the offered joint goal equals the end of the joint line within the tolerances.
     pub(super) fn offers_present_goal(&self) -> bool {
         let (line, Settings { limits, goal_tolerance, .. }) = (&self.joint_line, &self.settings);
         line.is_near(&line.offered, limits, goal_tolerance)
     }
 
-    /// Checks the positions of a joint goal, and completes them in `joint_line.offered`. Returns the pose there.
+    /// Checks the positions of a joint goal, and stores them in `joint_line.offered`. Adds a position for each joint that the goal
+    /// does not name. Returns the controlled pose at these positions.
     fn offer(&mut self, positions: &[Option<f64>]) -> Result<Goal, Rejection> {
         let (expected, got) = (self.joint_line.kinds.len(), positions.len());
         if positions.iter().all(Option::is_none) {
@@ -83,8 +83,8 @@ impl Servo {
         names.nth(joint).unwrap_or_default()
     }
 
-    /// Returns where a `joint` goes that the goal does not name \[rad, prismatic: m\]: to the joint goal in force or, without one,
-    /// nowhere.
+    /// Returns the position for a `joint` that the goal does not name \[rad, prismatic: m\]. This is its position in the joint goal
+    /// in force or, if there is no such goal, its measured position.
     fn unnamed(&self, joint: usize) -> Result<f64, Rejection> {
         let is_asked = self.requests.consent().is_asked();
         if self.mode.pursuit().is_some_and(|pursuit| pursuit.by_joints && is_asked) {

@@ -12,7 +12,7 @@ const PLACES: u32 = 32;
 /// The fraction of the acceleration limit that the arm uses to brake for the tool's speed limits.
 const SHARE: f64 = 0.5;
 
-/// The straight line in joint space to the configuration that a search has found, or to a joint goal.
+/// The straight line in joint space to a joint goal, or to the configuration that a search has found.
 pub(super) struct JointLine {
     /// The end of the line \[rad, prismatic: m\], one number per joint.
     pub positions: Vec<f64>,
@@ -68,8 +68,8 @@ impl JointLine {
         })
     }
 
-    /// Returns the remaining displacement of each joint from `from` \[rad, prismatic: m\]. A joint without position limits turns in
-    /// the shorter direction, because its encoder may wrap in between.
+    /// Returns the remaining displacement of each joint from `from` \[rad, prismatic: m\]. A revolute joint without position limits
+    /// turns in the shorter direction, because its encoder may wrap from one end of the range to the other.
     pub fn displacements<'a>(
         &'a self,
         from: &'a [f64],
@@ -92,8 +92,8 @@ impl JointLine {
         times.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or_default()
     }
 
-    /// Computes the joint velocities [rad/s, prismatic: m/s] along the line from `from`. All joints reach the end at the same time,
-    /// as soon as the slowest joint can. They slow down before the end as before a position limit.
+    /// Computes the joint velocities [rad/s, prismatic: m/s] along the line from `from`. All joints reach the end together, as
+    /// early as the slowest joint can. They slow down before the end as before a position limit.
     pub fn velocity(&mut self, from: &[f64], limits: &Limits, braking: &Braking, velocity: &mut [f64]) {
         let mut rest = std::mem::take(&mut self.rest);
         rest.iter_mut()
@@ -112,12 +112,12 @@ impl JointLine {
         self.rest = rest;
     }
 
-    /// Returns the fraction of `rest` to move per second, at most `rate` [1/s], such that the tool keeps its speed limits along the
-    /// line with this `acceleration` [1/s²].
+    /// Returns the rate at which to move [1/s]: the fraction of the displacements `rest` per second. This rate is at most `rate`.
+    /// At this rate the tool can keep its speed limits along the whole line, if the arm slows down by `acceleration` [1/s²].
     ///
     /// At the fraction p of the line, let `r(p)` be the rate that the tool's limits allow there. Then the present rate may be at
-    /// most `√(r(p)² + 2 a p)`. It is necessary to look ahead: if joints turn in opposite directions, the tool may hardly move now
-    /// and move fast a little later.
+    /// most `√(r(p)² + 2 a p)`, with the acceleration a. It is necessary to look ahead: if joints turn in opposite directions, the
+    /// tool may hardly move now and move fast a little later.
     fn tool_rate(
         &mut self,
         from: &[f64],

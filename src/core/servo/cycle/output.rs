@@ -33,11 +33,11 @@ pub(super) struct Output {
 /// The obstacles that keep a driven arm from its desired motion.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hindrance {
-    /// The joint (counted from 1) stopped by its position limit.
+    /// The joint (counted from 1) that its position limit stops, if any.
     pub at_limit: Option<usize>,
-    /// The pair that would come too close to each other.
+    /// The pair of parts that would come too close to each other, if any.
     pub pair: Option<ClosePair>,
-    /// The closest pair of parts among those that were checked.
+    /// The closest of the pairs that were checked; `None` if no pair was near.
     pub closest: Option<ClosePair>,
 }
 
@@ -96,7 +96,7 @@ impl Output {
         self.motion.iter().all(|speed| *speed == 0.0)
     }
 
-    /// Returns the output, if anything is to be sent.
+    /// Returns the output, or `None` if nothing is to be sent.
     pub fn to_send(&self) -> Option<&[f64]> {
         match self.interface {
             _ if self.blind => None,
@@ -105,13 +105,13 @@ impl Output {
         }
     }
 
-    /// Returns whether the output consists of velocities.
+    /// Returns whether the servo has begun to send, and sends velocities.
     pub fn is_sent_speeds(&self) -> bool {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Sets whether the servo sends nothing, because the arm's motion during missed cycles is unknown. Without commands, the arm
-    /// stops after its own timeout.
+    /// Sends nothing while `blind` is true: the arm's motion during missed cycles is then unknown. Without commands, the arm stops
+    /// after its own timeout.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {
@@ -120,14 +120,15 @@ impl Output {
         }
     }
 
-    /// Sets `motion` to the last command less `hold`, the command at which the joints stand still [rad/s, prismatic: m/s].
+    /// Sets `motion` to the last command minus `hold`. The joints stand still under the command `hold` [rad/s, prismatic: m/s].
     pub fn begin(&mut self, hold: &[f64]) {
         for ((motion, command), hold) in self.motion.iter_mut().zip(&self.command).zip(hold) {
             *motion = command - hold;
         }
     }
 
-    /// Sets the command to the filtered velocity plus `hold`, the command at which the joints stand still [rad/s, prismatic: m/s].
+    /// Sets the command to the filtered velocity plus `hold`. The joints stand still under the command `hold` [rad/s, prismatic:
+    /// m/s].
     pub fn send(&mut self, hold: &[f64]) {
         std::mem::swap(&mut self.motion, &mut self.velocity);
         for ((command, motion), hold) in self.command.iter_mut().zip(&self.motion).zip(hold) {

@@ -10,8 +10,8 @@ use crate::servo::{Detour, NoWayRound, Reconfiguration, Reconfigure, Rejection, 
 use dq_search::{Found, Search};
 use std::time::Duration;
 
-/// A search counts as failed if it has not answered within this time after a stall. Stopping the arm takes at most one second of
-/// this time.
+/// A search counts as failed if it has not answered within this time after a stall. The search begins once the arm has stopped,
+/// which takes at most one second of this time.
 const ANSWER: Duration = Duration::from_secs(2);
 
 /// The law takes over if every joint is this near to the end of the line \[rad, prismatic: m\].
@@ -95,7 +95,7 @@ impl Servo {
         self.mode.pursuit().is_some_and(Pursuit::is_reconfiguring)
     }
 
-    /// Ends a search that has not answered. Ends a reconfiguration that has reached the end of its line, from where the law
+    /// Ends a search that has not answered in time. Ends a reconfiguration when the arm is at the end of its line. The law then
     /// continues.
     pub(super) fn watch_reconfiguration(&mut self, now: Duration) {
         let Some(tracking) = self.mode.pursuit_mut() else { return };
@@ -128,8 +128,8 @@ impl Servo {
         self.output.drop_rounding_errors();
     }
 
-    /// Returns the limit or singularity that slows the law down. `None` unless `reconfigure` is `Always` and the motion has not
-    /// searched yet.
+    /// Returns the position limit or the singularity that slows the law down. Returns `None` if there is neither, if `reconfigure`
+    /// is not `Always`, if the motion has already searched, or if no search could help: for a joint goal or a goal beyond reach.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
@@ -148,14 +148,15 @@ impl Servo {
         (sigma < controller.damping.threshold).then_some(Stall::Singular { sigma })
     }
 
-    /// Returns the time for the rest of the line if the joints move at their largest speeds \[s\].
+    /// Returns how long the rest of the line takes at the joints' largest speeds \[s\].
     pub(super) fn time_left_on_joint_line(&self) -> f64 {
         let (_, time) = self.joint_line.longest(self.robot.link.measured(), &self.settings.limits);
         time
     }
 
-    /// Reacts to changed settings. Ends a reconfiguration that they do not allow. Ends a stall, too, unless the previous change, at
-    /// `before`, was less than `progress_timeout` ago: so constant changes do not restart a stalled motion.
+    /// Reacts to changed settings. Ends a reconfiguration that the new settings do not allow. Also ends a stall, unless the
+    /// previous change, at `before`, was less than `progress_timeout` ago. Otherwise constant changes would restart a stalled
+    /// motion again and again.
     pub(super) fn settings_changed(&mut self, before: Option<Duration>) {
         let Settings { limits, reconfigure, progress_timeout, .. } = &self.settings;
         let is_allowed =

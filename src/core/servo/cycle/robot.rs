@@ -7,17 +7,17 @@ use dq_algebra::UnitDualQuaternion;
 use dq_link::{ArmFigures, Contact, Disobedience, Hold, JointReading, LinkSettings, Returned, seconds};
 use std::time::Duration;
 
-/// Largest allowed product of the law's fastest rate and the delay. A law of rate λ that feeds back positions predicted over a
-/// delay τ is stable, by the small-gain theorem, while λ times the error of τ is less than 1. So the law is stable with any true
-/// delay from 0 to 2 τ.
+/// Largest allowed product of the law's fastest rate and the delay. The law feeds back positions that are predicted over the delay
+/// τ. By the small-gain theorem, a law of rate λ is then stable while λ times the error of τ is less than 1. With λ τ up to 1, the
+/// law is stable with any true delay from 0 to 2 τ.
 const STABLE: f64 = 1.0;
 
-/// A joint sags if it should have stood for `AT_REST` and still moves faster than `SAGGING` [rad/s, prismatic: m/s], which exceeds the
-/// noise of encoders.
+/// A joint sags if it was commanded to stand for the time `AT_REST` and still moves faster than `SAGGING` [rad/s, prismatic: m/s].
+/// `SAGGING` exceeds the noise of encoders.
 const AT_REST: Duration = Duration::from_secs(1);
 const SAGGING: f64 = 5e-3;
 
-/// Returns the joint (counted from 0) with the largest absolute speed, and its speed.
+/// Returns the joint (counted from 0) with the largest absolute speed, and its signed speed; `None` if there are no joints.
 pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     speeds.enumerate().max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))
 }
@@ -254,7 +254,7 @@ impl Servo {
         Some(RateBound { rate, largest, latency, period })
     }
 
-    /// Returns the factor to which the delay reduces the law's gain on the way to `goal`.
+    /// Returns the fraction of the law's gain that the delay allows on the way to `goal`; 1 if the delay does not limit the gain.
     pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
         let part = self.stable_rate() / self.fastest_rate(goal);
         if part < 1.0 { part } else { 1.0 }

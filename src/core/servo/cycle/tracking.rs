@@ -19,16 +19,15 @@ const UNSETTLE: f64 = 2.0;
 /// An arm has arrived only if it would take longer than this to cross the tolerance at its present speed \[s\].
 const LINGERING: f64 = 0.1;
 
-/// The least and the largest time over which the trend of the error is taken \[s\]. Between these bounds, the time is the law's
-/// time constant.
+/// The trend of the error is taken over the law's time constant, limited to this least and this largest time \[s\].
 const TREND: (f64, f64) = (LINGERING, 0.9);
 
 /// Interval at which the smallest singular value is computed.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
-/// A motion stalls after `CLOSED` without progress if the arm stands, and no small motion of the joints brings it nearer to the
-/// goal. The arm stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]. An arm that creeps a little faster may be
-/// passing a saddle.
+/// A motion stalls after only `CLOSED` without progress if the arm stands, and no small motion of the joints would bring the tool
+/// nearer to the goal. The arm stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]. An arm that creeps a little
+/// faster may be passing a saddle.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 
@@ -38,14 +37,15 @@ pub(super) struct Tracked {
     pub error: GoalError,
     /// The screw log of the error, `(ω, v)` \[rad, m\]. Components that the [`Aim`](dq_kinematics::control::Aim) leaves free are 0.
     pub log: nalgebra::Vector6<f64>,
-    /// The goal with the chosen sign.
+    /// The goal pose. The quaternions q and −q are the same pose; this is the one with the sign that the servo has chosen.
     pub goal: UnitDualQuaternion,
     /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
 }
 
 impl Servo {
-    /// Returns the distance of `point` \[m\] and the arm's reach if the point is beyond reach for the aim.
+    /// Returns the distance of `point` and the arm's reach \[m\] if the point is beyond reach. Returns `None` if it is not, or if
+    /// the aim is an orientation only.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, controller, .. } = &self.settings;
         let reach = self.robot.arms.reach(point, limits.position.ranges());
@@ -116,7 +116,7 @@ impl Servo {
         }
     }
 
-    /// Returns the current goal at time `now`, with the error of the arm.
+    /// Returns the current goal at time `now`, with the error of the arm; `None` without a goal, or before the first joint state.
     pub(super) fn track(&mut self, now: Duration) -> Option<Tracked> {
         self.robot.link.received()?;
         let pose = self.robot.arms.pose();
@@ -159,7 +159,8 @@ impl Servo {
         linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
     }
 
-    /// Returns whether an arm within `tolerance` will come to rest within it, as far as the trend of the error shows.
+    /// Returns whether the arm is within `tolerance` and will also come to rest there, judged by the trend of the error. For an arm
+    /// that has settled, returns true.
     fn stays(&mut self, now: Duration, tracked: &Tracked, tolerance: &Tolerance) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         pursuit.record.trend.note(now, &tracked.log);
@@ -173,8 +174,8 @@ impl Servo {
         there.translation().norm() <= tolerance.linear && there.rotation().angle() <= tolerance.angular
     }
 
-    /// Adds this cycle to the motion's figures. Returns whether the errors are within the tolerances, and whether the joints are
-    /// there if the goal is joint positions.
+    /// Adds this cycle to the motion's figures. Returns whether the arm has settled: its errors stay within the tolerances and, if
+    /// the goal is joint positions, each joint is at its position.
     pub(super) fn measure(&mut self, now: Duration, tracked: Option<&Tracked>) -> bool {
         let (pose, tolerance) = (self.robot.arms.pose(), self.settings.goal_tolerance);
         let lingers =

@@ -9,31 +9,32 @@ use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 /// The distance below which the arm does not close gaps \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
-/// The least time constant with which a gap approaches the clearance, in cycles.
+/// A gap approaches the clearance with a time constant of at least this many cycles.
 const CYCLES: f64 = 20.0;
-/// The least time constant with which a gap approaches the clearance, in delays; as for a position limit.
+/// A gap approaches the clearance with a time constant of at least this many times the delay, as a joint approaches its position
+/// limit.
 const DELAYS: f64 = 5.0;
 
 /// The fraction of the acceleration limit that braking for gaps uses.
 const SHARE: f64 = 0.5;
 
-/// A gap that is too small must grow at least at this fraction of the fastest rate at which the joints could open it at the desired
-/// speeds. Otherwise joints that move along the gap would close it, because their paths bend.
+/// A gap below the clearance must grow. It must grow at this fraction, or more, of the fastest rate that the joints could reach for
+/// it at the desired speeds. Otherwise joints that move along the gap would close the gap, because their paths bend.
 const LEAVING: f64 = 0.1;
 
 /// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
 const JOINT_WEIGHT: f64 = 1e-2;
 
-/// Pairs are checked if the desired velocity could close their gap to within this distance \[m\]. The margin is necessary because
-/// the constrained velocity has another direction.
+/// A margin on the distance up to which pairs are checked \[m\]. It is necessary because the constrained velocity has another
+/// direction than the desired velocity.
 const AROUND: f64 = 0.05;
 
 /// Largest number of gaps that constrain the velocity.
 const MOST_GAPS: usize = 200;
 
 /// Replaces the desired velocity by the nearest velocity with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987).
-/// Here `d_safe` is the clearance, and η the [`rate`] of approach. The velocity also keeps the joints' speed limits, and the
-/// limits on speed near position limits.
+/// Here `d_safe` is the clearance, η the [`rate`] of approach, and `θ̇_w` below the desired velocity. The velocity also keeps the
+/// joints' speed limits, and the limits on speed near position limits.
 ///
 /// If the tool's motion is the aim, the nearest velocity is the one with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
 /// θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing arm satisfies the constraints of all gaps that are
@@ -48,11 +49,11 @@ pub(super) struct Constraints {
     slope: Vec<f64>,
     /// For each gap constraint, the index of its pair in `near`. The gap constraints follow the constraints of the joints.
     owners: Vec<usize>,
-    /// The closest of the pairs that were checked.
+    /// The closest of the pairs that were checked; `None` if no pair was near.
     pub closest: Option<ClosePair>,
-    /// The pair that keeps the arm from the desired velocity.
+    /// The pair that keeps the arm from the desired velocity, if any.
     pub held_by: Option<ClosePair>,
-    /// The first joint (counted from 0) stopped by its position limit.
+    /// The first joint (counted from 0) that its position limit stops, if any.
     pub held_back: Option<usize>,
 }
 

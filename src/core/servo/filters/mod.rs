@@ -37,13 +37,13 @@ pub(super) struct FilterInput<'a> {
 /// The goal of the law, and how to move to it.
 #[derive(Clone)]
 pub(super) struct LawGoal<'a> {
-    /// The goal with the chosen sign.
+    /// The goal pose. The quaternions q and −q are the same pose; this is the one with the sign that the servo has chosen.
     pub pose: UnitDualQuaternion,
     /// The memory of the law after this cycle.
     pub memory: LawMemory,
     /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
-    /// The largest rate that the robot's delay allows the law.
+    /// The largest rate at which the law may reduce the error. The robot's delay determines this rate.
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
@@ -56,7 +56,7 @@ pub(super) struct LawGoal<'a> {
 pub struct Replaced {
     /// The number of replaced commands.
     pub count: u64,
-    /// The violation by the last replaced command.
+    /// The violation by the last replaced command; `None` if no command was replaced.
     pub last: Option<Violation>,
 }
 
@@ -116,17 +116,17 @@ impl Filters {
         self.stoppable.set_scene(scene);
     }
 
-    /// Returns the closest pair of parts that was checked in the last cycle in which the arm was driven.
+    /// Returns the closest pair that was checked in the last cycle in which the arm was driven; `None` if no pair was near.
     pub fn closest(&self) -> Option<ClosePair> {
         self.constraints.closest
     }
 
-    /// Returns the pair that kept the arm from its desired motion in the last cycle in which the arm was driven.
+    /// Returns the pair that kept the arm from its desired motion in the last cycle in which the arm was driven, if any.
     pub fn held_by(&self) -> Option<ClosePair> {
         self.constraints.held_by.or(self.stoppable.held_by)
     }
 
-    /// Returns the joint (counted from 0) that was stopped by its position limit in the last cycle in which the arm was driven.
+    /// Returns the joint (counted from 0) that its position limit stopped in the last cycle in which the arm was driven, if any.
     pub fn held_back(&self) -> Option<usize> {
         self.envelope.held_back.or(self.constraints.held_back)
     }

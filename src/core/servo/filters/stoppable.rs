@@ -31,13 +31,13 @@ pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
     stop: StoppingPath,
-    /// The pairs that are undecided on the first and the second half of a path, for each level of halving.
+    /// For each level of halving, the pairs whose gap is not yet proven wide enough on the first and on the second half of a path.
     open: Vec<[Vec<Open>; 2]>,
     positions: Vec<f64>,
     slope: Vec<f64>,
     slowed: Vec<f64>,
     places: u32,
-    /// The pair for which the last command was rejected.
+    /// The pair for which the last command was rejected; `None` if the command was accepted.
     pub held_by: Option<ClosePair>,
 }
 
@@ -113,9 +113,9 @@ impl StoppingPath {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns how far each joint's position after `cycles` cycles may lie below and above the computed position \[rad, prismatic:
-    /// m\]. One cycle may have lasted twice its time. The mean time between cycles may exceed the control period: the joint may
-    /// have used this extra time at once, or not at all.
+    /// Returns the least and the largest difference between each joint's position after `cycles` cycles and the computed position
+    /// \[rad, prismatic: m\]. One cycle may have lasted twice its time. If the mean time between cycles exceeds the control period,
+    /// the joint may have moved for this extra time at once, or not at all.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -124,8 +124,8 @@ impl StoppingPath {
         })
     }
 
-    /// Returns by how much a gap may be narrower after `cycles` cycles than computed \[m\]. `slope` is the change of the gap with
-    /// each joint.
+    /// Returns by how much a gap may be narrower than computed after `cycles` cycles \[m\]. `slope` is the change of the gap with
+    /// each joint [m/rad, prismatic: m/m].
     fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
         let joints = self.deviations(cycles).zip(slope);
         let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
@@ -133,7 +133,7 @@ impl StoppingPath {
     }
 }
 
-/// A pair that is undecided on a part of the path.
+/// A pair whose gap is not yet proven wide enough on a part of the path.
 #[derive(Clone, Copy)]
 struct Open {
     /// The index of the pair in `near`.
@@ -253,7 +253,7 @@ impl PathCheck<'_> {
     }
 
     /// Checks the stop at its beginning, where the arm is placed, and at its end after `end` cycles. Returns whether all gaps are
-    /// wide enough at both. Adds the pairs that are undecided in between to `open`.
+    /// wide enough at both. Adds to `open` the pairs whose gap is not proven wide enough in between.
     fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
         open.clear();
         for (number, near) in self.near.iter().enumerate() {
@@ -279,8 +279,8 @@ impl PathCheck<'_> {
         true
     }
 
-    /// Returns by how much a gap may be narrower between two positions than at both of them \[m\]. At both positions it is at least
-    /// `gap`. The two parts move by at most `travel` relative to each other.
+    /// Returns by how much a gap may be narrower between two positions than at these positions \[m\]. At both positions the gap is
+    /// at least `gap`. The two parts move by at most `travel` relative to each other.
     ///
     /// Let a point move straight by w past a convex body, and let its distance from the body be D at both ends. Then its distance
     /// is nowhere less than `√(D² − w²/4)`. A point that stays inside a convex body is nowhere nearer to its surface than at the
@@ -301,8 +301,8 @@ impl PathCheck<'_> {
         straight + 0.125 * turn * travel + self.scene.travel(pair, bends)
     }
 
-    /// Returns whether a gap is certainly wide enough during `cycles`, if `here` and `there` are lower bounds of the gap at the
-    /// first and at the last cycle.
+    /// Returns whether a gap is certainly wide enough during `cycles`. `here` and `there` are lower bounds of the gap at the first
+    /// and at the last cycle.
     fn knows(&self, near: &Near, cycles: &Range<usize>, [here, there]: [f64; 2]) -> bool {
         let travel = self.scene.travel(near.pair, self.stop.lengths(cycles));
         // A closed gap must only grow from point to point. For an open one, half of the least gap is the margin for unknown
@@ -367,7 +367,7 @@ fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
 }
 
 impl Stoppable {
-    /// Slows `velocity`, one number per joint [rad/s, prismatic: m/s], if the arm could not be stopped after it.
+    /// Slows `velocity`, one number per joint [rad/s, prismatic: m/s], if the arm could not be stopped after this velocity.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         self.held_by = None;
         let Some(scene) = &input.settings.scene else { return };

@@ -5,17 +5,17 @@ use dq_kinematics::control::Law;
 
 /// The simulated motions that several figures and the comparison share.
 pub struct Runs {
-    /// The motion of diffc with its gain of the paper's comparison.
+    /// The motion of diffc with the gain that it has in the paper's comparison.
     pub diffc: SimulatedRun,
     /// The motion of diffc with logc's gain.
     pub diffc_low: SimulatedRun,
-    /// The motion of diffc with logc's gain over the time of figure 7.
+    /// The motion of diffc with logc's gain, as long as in figure 7.
     pub diffc_low_long: SimulatedRun,
     /// The motion of logc as the paper integrated it.
     pub task_space_logc: TaskSpaceLogc,
     /// The motion of logc through the joints, with one gain for rotation and translation.
     pub logc: SimulatedRun,
-    /// The motion of logc through the joints over the time of figure 4.
+    /// The motion of logc through the joints, as long as in figure 4.
     pub logc_long: SimulatedRun,
     /// The motion of double_geodesic with logc's gain.
     pub double_geodesic: SimulatedRun,
