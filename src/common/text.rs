@@ -25,9 +25,9 @@ pub fn cut(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{}{ELLIPSIS}", &text[..end]))
 }
 
-/// The largest number of characters to show of a name from outside.
+/// The largest number of characters of a name from outside that is shown. Longer names are cut.
 pub const NAME: usize = 80;
-/// The largest number of characters to show of an error message about a file from outside.
+/// The largest number of characters of an error message about a file from outside. Longer messages are cut.
 pub const REASON: usize = 400;
 
 /// Returns a text from outside for a figure, a table or a line. Replaces control characters. If the text has more than `longest`

@@ -101,7 +101,8 @@ impl InForce {
         Ok(())
     }
 
-    /// Sends these settings to the cycle. `record` has the parameters from which they were built.
+    /// Sends `settings` to the cycle. `record` has the parameters from which the settings were built. Adds their scene to `scenes`,
+    /// and frees the scenes that the cycle has dropped.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,

@@ -15,7 +15,7 @@ use pyo3::types::PyTuple;
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Chain {
     pub chain: arm::Chain,
-    /// The static method that made the chain, and its arguments: they are what is pickled.
+    /// The static method that made the chain, and the arguments of that call. Pickling stores both.
     made: (&'static str, Py<PyTuple>),
 }
 
@@ -27,7 +27,7 @@ pub(super) fn arms() -> Vec<&'static str> {
 
 #[pymethods]
 impl Chain {
-    /// Returns one of `arms()`.
+    /// Returns the chain of the built-in arm `name`, one of `arms()`.
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
         Self::made(arm::Chain::for_arm(name).map_err(wrong)?, "builtin", (name,).into_pyobject(py)?)

@@ -20,8 +20,9 @@ fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> Py
     arm.with(values).map_err(wrong)
 }
 
-/// Returns the first `count` tasks of the comparison for one of `arms()` or a parameter file: N×n joint positions at the start, and
-/// N×8 goals.
+/// Returns the first `count` tasks of the comparison: the N×n joint positions at their starts, and their N×8 goals as dual quaternions.
+///
+/// `arm` is one of `arms()`, or a parameter file.
 #[pyfunction]
 #[pyo3(signature = (arm, count, seed = 1, *, parameters = None))]
 pub(super) fn tasks<'py>(

@@ -95,7 +95,7 @@ impl Run {
         self.0.laws.to_vec()
     }
 
-    /// The motions to goals with all figures, as in the table of `dq_servo plot`.
+    /// The motions to goals. Each has all metrics of the table of `dq_servo plot`.
     #[getter]
     fn motions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         python(py, &self.0.motions)

@@ -177,7 +177,7 @@ impl Servo {
         array(py, self.servo.command())
     }
 
-    /// The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the figures of the motion.
+    /// The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the metrics of the motion.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let said = PyDict::new(py);

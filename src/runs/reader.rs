@@ -229,7 +229,7 @@ impl RunReader {
         first..first + self.parameters.joints[arm].names().len()
     }
 
-    /// Returns whether the joint states of all arms may come on one topic: their joints have different names.
+    /// Returns whether no two joints have the same name. Then the joint states of all arms may come on one topic.
     pub fn shares_topic(&self) -> bool {
         let mut names = HashSet::new();
         self.parameters.joints.iter().flat_map(JointOrder::names).all(|name| names.insert(name))

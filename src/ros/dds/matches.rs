@@ -101,7 +101,7 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
     }
 
-    /// Returns for how long `writer` has been known; `None` if the writer may have existed before this process.
+    /// Returns the time since `writer` was first discovered; `None` if the writer may be older than this process.
     pub fn known_for(&self, writer: GUID) -> Option<Duration> {
         self.lock().first_found.elapsed(writer)
     }

@@ -266,7 +266,8 @@ mod tests {
         }
     }
 
-    /// On `~/parameters` an event without changes announces a start. A plot begins again at such an event.
+    /// On `~/parameters`, an event without changes means that the node has started. So a request that changes nothing must not
+    /// publish such an event: a plot would begin again.
     #[tokio::test(flavor = "multi_thread")]
     async fn a_request_that_changes_nothing_is_not_announced() {
         if outside("ros::parameter_server::tests::a_request_that_changes_nothing_is_not_announced") {

@@ -84,7 +84,7 @@ class Chain:
 
     @staticmethod
     def builtin(name: str) -> Chain:
-        """Returns one of `arms()`."""
+        """Returns the chain of the built-in arm `name`, one of `arms()`."""
 
     @staticmethod
     def from_dh(table: ArrayLike, convention: Literal["modified_dh", "standard_dh"] = "modified_dh") -> Chain:
@@ -244,7 +244,7 @@ class Servo:
 
     @property
     def status(self) -> dict[str, Any]:
-        """The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the figures of the motion."""
+        """The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the metrics of the motion."""
 
 class Run:
     """The run of one servo in a bag. Times are counted from its first motion [s]."""
@@ -283,7 +283,7 @@ class Run:
 
     @property
     def motions(self) -> list[dict[str, Any]]:
-        """The motions to goals with all figures, as in the table of `dq_servo plot`."""
+        """The motions to goals. Each has all metrics of the table of `dq_servo plot`."""
 
 def arms() -> list[str]:
     """Returns the names of the built-in arms."""
@@ -299,8 +299,10 @@ def replay(path: str | PathLike[str]) -> list[dict[str, Any]]:
     from the recorded ones in any bit."""
 
 def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None = None) -> list[Array]:
-    """Returns the first `count` tasks of the comparison for one of `arms()` or a parameter file: N×n joint positions at the start, and
-    N×8 goals."""
+    """Returns the first `count` tasks of the comparison: the N×n joint positions at their starts, and their N×8 goals as dual quaternions.
+
+    `arm` is one of `arms()`, or a parameter file.
+    """
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
     """Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
