@@ -118,7 +118,7 @@ pub(super) struct Snapshots {
     last: Option<Changes>,
     /// The updates of motions to send with the next status.
     updates: MotionUpdates,
-    /// The number of changes of the settings up to the time when the law's rate was last sent.
+    /// The number of times that the settings had changed when the law's rate was last sent; `None` if the rate was never sent.
     judged: Option<u64>,
     pose: Throttle,
     status: Throttle,

@@ -71,7 +71,7 @@ impl Chain {
         self.chain.forward_kinematics(&slice(&theta)).map(Pose).map_err(wrong)
     }
 
-    /// Returns the pose of each link: of the frame that moves with a joint and has its z axis along the joint's axis.
+    /// Returns the pose of each link's frame. The frame moves with the link's joint, and its z axis is the axis of the joint.
     fn link_poses(&self, theta: Numbers<'_>) -> PyResult<Vec<Pose>> {
         let poses = self.chain.link_poses(&slice(&theta)).map_err(wrong)?;
         Ok(poses.into_iter().map(Pose).collect())

@@ -50,8 +50,8 @@ pub struct MotionReport {
     pub asked_by: Option<String>,
     /// The name of the law.
     pub law: String,
-    /// The components of the pose that the law controls: the primitive of two arms, or the task of one arm. `None` for the whole
-    /// pose of one arm.
+    /// The name of the components of the pose that the law controls, such as `position`. `None` if the law controls the whole pose
+    /// of one arm.
     pub aim: Option<String>,
     /// The gains of the law, as text.
     pub gains: String,

@@ -20,8 +20,8 @@ pub struct StatusReport {
     pub state: State,
     /// The present law.
     pub law: String,
-    /// The components of the pose that the law controls: the primitive of two arms, or the task of one arm. `None` for the whole
-    /// pose of one arm.
+    /// The name of the components of the pose that the law controls, such as `position`. `None` if the law controls the whole pose
+    /// of one arm.
     pub aim: Option<String>,
     /// The input that moves the arm; `None` in bags of earlier versions.
     pub input: Option<Input>,

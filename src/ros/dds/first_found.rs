@@ -1,4 +1,4 @@
-//! Records for how long publishers have been known.
+//! Records when each publisher was first discovered.
 //!
 //! RustDDS 0.15.1 lists endpoints without times. Delete this module when RustDDS has these times.
 

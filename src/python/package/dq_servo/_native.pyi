@@ -102,7 +102,7 @@ class Chain:
         """Returns the tool pose in the base frame (eq. 14)."""
 
     def link_poses(self, theta: ArrayLike) -> list[Pose]:
-        """Returns the pose of each link: of the frame that moves with a joint and has its z axis along the joint's axis."""
+        """Returns the pose of each link's frame. The frame moves with the link's joint, and its z axis is the axis of the joint."""
 
     def jacobian(self, theta: ArrayLike) -> Array:
         """Returns the 6×n Jacobian of the twist (angular, linear) of the tool point, along the base's axes."""
@@ -214,7 +214,7 @@ class Servo:
         """Decelerates and drops the goal, like `~/stop`."""
 
     def pause(self, paused: bool) -> None:
-        """Pauses or goes on, like `~/pause`."""
+        """Pauses if `paused` is true, otherwise resumes, like `~/pause`."""
 
     def reconfigure(self) -> None:
         """Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`."""
@@ -240,7 +240,7 @@ class Servo:
 
     @property
     def command(self) -> Array:
-        """The last commanded joint velocities, whatever the interface."""
+        """The last commanded joint velocities, even if the servo sends positions."""
 
     @property
     def status(self) -> dict[str, Any]:
