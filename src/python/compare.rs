@@ -59,7 +59,7 @@ pub(super) fn settling_gain(
     gain.map_err(wrong)
 }
 
-/// Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each figure, with NaN for missing values.
+/// Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each metric, with NaN for missing values.
 ///
 /// `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
 #[pyfunction]

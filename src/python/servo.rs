@@ -240,8 +240,8 @@ impl Servo {
     }
 }
 
-/// Puts the Python law `own`, if there is one, into the settings with its gains and its aim. Keeps the damping
-/// of the settings.
+/// Puts the Python law `own`, if there is one, into the settings with its gains and its aim. Keeps the
+/// damping of the settings.
 fn take_place(own: Option<&Law>, settings: &mut Settings) {
     if let Some(law) = own {
         let damping = settings.controller.damping;

@@ -65,7 +65,7 @@ pub struct MotionReport {
     pub reconfiguration: String,
     /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,
-    /// The figures of the motion so far.
+    /// The metrics of the motion so far.
     pub figures: Figures,
     /// The largest commanded speed of each joint, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,

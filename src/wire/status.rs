@@ -41,7 +41,7 @@ pub struct StatusReport {
     pub clearance: Option<f64>,
     /// The name of a [`Reconfiguration`]: whether another configuration reaches the goal. `None` in bags of earlier versions.
     pub reconfiguration: Option<String>,
-    /// The figures of the motion; `None` until the first joint state.
+    /// The metrics of the motion; `None` until the first joint state.
     pub figures: Option<Figures>,
     /// The lateness of the cycle since the motion began.
     pub cycle_jitter: CycleJitter,

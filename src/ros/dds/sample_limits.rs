@@ -18,7 +18,7 @@ const UNACKNOWLEDGED: i32 = 200_000;
 /// later then miss that sample.
 const LATCHED: i32 = 500;
 
-/// Returns the limits of a writer. `is_latched`: the topic is latched.
+/// Returns the limits of a writer. `is_latched` is true if the topic is latched.
 pub(crate) fn of_writer(is_latched: bool) -> ResourceLimits {
     let max_samples = if is_latched { LATCHED } else { UNACKNOWLEDGED };
     ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples }

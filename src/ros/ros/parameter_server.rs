@@ -179,7 +179,7 @@ impl Current {
 /// The largest number of parameters that one request can set.
 const MOST_AT_ONCE: usize = 2000;
 
-/// The number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer than the
+/// The largest number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer than the
 /// rest of the request.
 const SUGGESTIONS: usize = 16;
 

@@ -164,8 +164,8 @@ fn secured_participant(
     Err(RosError::create(what)(&"built without security"))
 }
 
-/// Chooses the network interfaces. Static peers may be reached by any interface, so with peers, no interface is left out unless
-/// interfaces are named.
+/// Chooses the network interfaces. If the environment names static peers but no interfaces, chooses all interfaces, because any of
+/// them may lead to a static peer.
 fn interfaces(environment: &Environment) -> Choice {
     let Environment { interfaces, static_peers, .. } = environment;
     match environment.is_on_loopback() {

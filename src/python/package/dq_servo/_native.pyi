@@ -319,7 +319,7 @@ def compare(
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
     parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each figure, with NaN for missing values.
+    """Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each metric, with NaN for missing values.
 
     `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
     """
