@@ -227,7 +227,7 @@ impl Snapshots {
     }
 }
 
-/// Returns the two publishers that `reason` is about, if it is about two publishers.
+/// Returns the two publishers in conflict, with `None` for an unknown publisher. If `reason` is not a conflict, both are `None`.
 fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {

@@ -42,7 +42,8 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
+/// Returns the gain at which the law settles as fast as logc at 2 1/s on this arm: their median settling times are equal, over tasks
+/// that no comparison uses.
 ///
 /// Raises a ValueError if the law settles in less than half of the tasks at every gain.
 #[pyfunction]

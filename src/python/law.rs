@@ -149,7 +149,7 @@ pub(super) struct Law {
     pub own: Option<&'static OwnLaw>,
 }
 
-/// The arguments of a law: the law, its gains, its aim, and the map of a law of one's own.
+/// The arguments of [`Law`]: the law, its gains and its aim; for the user's own law, also the map to joint velocities.
 type LawArguments = (Py<PyAny>, Vec<f64>, &'static str, Option<&'static str>);
 
 /// One number for all gains of a law, or one number for each gain.

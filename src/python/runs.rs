@@ -116,8 +116,8 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
     Ok(recorded.runs.into_iter().map(Run).collect())
 }
 
-/// Replays the runs of a bag through the servo. Returns for each servo the number of commands, and the number of commands that differ
-/// from the recorded ones in any bit.
+/// Replays the runs of a bag through the servo. Returns for each servo how many commands were compared, and how many of these commands
+/// differ from the recorded ones in any bit.
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;

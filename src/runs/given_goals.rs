@@ -47,8 +47,8 @@ struct MeasuredMotion {
 }
 
 impl MeasuredMotions {
-    /// Creates the measurement for the run with this name. A motion counts as arrived if its last
-    /// pose error is within `tolerance`.
+    /// Creates the measurement for the run with this name. A motion counts as arrived if its
+    /// last pose error is within `tolerance`.
     pub fn new(run: &str, tolerance: Tolerance) -> Self {
         Self { run: run.to_owned(), tolerance, current: None, ended: Vec::new(), last: None }
     }
@@ -106,7 +106,8 @@ impl MeasuredMotions {
         Some(error)
     }
 
-    /// Ends the current motion, if there is one. The outcome is that the arm has arrived if it is at the goal, else `otherwise`.
+    /// Ends the current motion, if there is one. If the arm is at the goal, the motion counts as arrived. Otherwise the outcome of the
+    /// motion is `otherwise`.
     fn end(&mut self, otherwise: Outcome) {
         let Some(MeasuredMotion { goal, start, meter: Some(meter), is_at_goal, .. }) = self.current.take()
         else {

@@ -490,7 +490,7 @@ fn goal_of(message: &PoseStamped) -> Option<UnitDualQuaternion> {
     Goal::new([p.x, p.y, p.z], [r.x, r.y, r.z, r.w], "", "").ok().map(|goal| *goal.base_from_goal())
 }
 
-/// Returns the checks of keep-outs from the arm's present position on, if constraints are on.
+/// Returns the checks of keep-outs, which begin at the arm's present position; `None` if constraints are off.
 fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
 }

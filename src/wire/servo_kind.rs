@@ -17,7 +17,7 @@ pub enum ServoKind {
     TwoArms,
 }
 
-/// The name that the report of a motion to a joint goal has in place of a law.
+/// The name that replaces the name of a law in the report of a motion to a joint goal.
 const JOINT_LINE: &str = "joint_line";
 
 /// The names of the present law.

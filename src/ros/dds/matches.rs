@@ -89,7 +89,8 @@ impl Matches {
         self.lock().pairs.iter().any(|pair| pair.remote == remote)
     }
 
-    /// Returns whether no endpoint of the participant of `ours` is matched with an endpoint of another participant.
+    /// Returns whether no endpoint of our participant is matched with an endpoint of another participant. `ours` is any GUID of our
+    /// participant.
     pub fn is_alone(&self, ours: GUID) -> bool {
         self.lock().pairs.iter().all(|pair| pair.remote.prefix == ours.prefix)
     }
@@ -106,7 +107,7 @@ impl Matches {
         self.lock().first_found.elapsed(writer)
     }
 
-    /// Returns the number of writers of the DDS topic in participants other than that of `ours`.
+    /// Returns the number of writers of the DDS topic in other participants. `ours` is any GUID of our participant.
     pub fn remote_writers(&self, dds_topic: &str, ours: GUID) -> usize {
         let state = self.lock();
         state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()

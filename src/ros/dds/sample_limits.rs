@@ -4,7 +4,7 @@
 //! the history depth (`writer_send_buffer.rs`). For a transient-local topic, RustDDS always stores `max_samples` samples. Delete
 //! this module when a writer respects its history depth and drops readers that do not acknowledge.
 //!
-//! The number of samples of a topic that RustDDS stores for the readers of a participant is the largest `max_samples` of the
+//! RustDDS also stores samples for the readers of a participant. For each topic, their number is the largest `max_samples` of the
 //! participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
 //! their size (`dds_cache.rs`).
 

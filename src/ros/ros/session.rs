@@ -44,8 +44,8 @@ impl Session {
     /// Joins the domain.
     ///
     /// # Errors
-    /// [`RosError::NoNetwork`], [`RosError::NoFreePort`], [`RosError::Create`]; [`RosError::Security`] if the enclave's files are not valid.
-    /// A process never runs unsecured if security is requested.
+    /// [`RosError::NoNetwork`], [`RosError::NoFreePort`], [`RosError::Create`]; [`RosError::Security`] if the enclave's files are not
+    /// valid. A process never runs unsecured if security is requested.
     pub fn open(environment: &Environment) -> Result<Self, RosError> {
         environment.check_network()?;
         let (domain_id, on_loopback) = (environment.domain_id, environment.is_on_loopback());

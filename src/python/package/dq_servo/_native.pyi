@@ -295,8 +295,8 @@ def recorded(path: str | PathLike[str], arm: str = "puma560") -> list[Run]:
     """Returns the runs of a bag. Runs without recorded parameters get the parameters of the built-in `arm`."""
 
 def replay(path: str | PathLike[str]) -> list[dict[str, Any]]:
-    """Replays the runs of a bag through the servo. Returns for each servo the number of commands, and the number of commands that differ
-    from the recorded ones in any bit."""
+    """Replays the runs of a bag through the servo. Returns for each servo how many commands were compared, and how many of these commands
+    differ from the recorded ones in any bit."""
 
 def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None = None) -> list[Array]:
     """Returns the first `count` tasks of the comparison: the N×n joint positions at their starts, and their N×8 goals as dual quaternions.
@@ -305,7 +305,8 @@ def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None 
     """
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
-    """Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
+    """Returns the gain at which the law settles as fast as logc at 2 1/s on this arm: their median settling times are equal, over tasks
+    that no comparison uses.
 
     Raises a ValueError if the law settles in less than half of the tasks at every gain."""
 
