@@ -159,7 +159,7 @@ impl Error {
         (self.to_string() + &causes.collect::<String>() + hint).replace('\n', " ")
     }
 
-    /// Returns the error of the ROS layer that is the cause, if any.
+    /// Returns the error of the ROS layer that is the cause; `None` if the cause is another error.
     fn ros(&self) -> Option<&RosError> {
         match self {
             Self::Ros(error)

@@ -170,7 +170,7 @@ mod tests {
     }
 
     /// Returns the names of the keep-outs in the settings that were last sent to the cycle. Returns `None` if no settings were sent
-    /// since the last call, or settings without constraints.
+    /// since the last call, or if the last settings have no constraints.
     fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
         let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
         let scene = settings.scene?;

@@ -74,7 +74,7 @@ impl SenderClock {
         Duration::from_nanos((offset - none).unsigned_abs())
     }
 
-    /// Returns the offset that a message without delay has at `now`; `None` if it is not known.
+    /// Returns the offset that a message without delay has at `now`; `None` if the sender's clock is not known yet.
     fn fastest_by(&self, now: Duration) -> Option<i64> {
         let Arrival { offset, at } = self.fastest?;
         let drift = DRIFT * now.saturating_sub(at).as_nanos() as f64;

@@ -520,7 +520,7 @@ mod tests {
     use super::*;
     use dq_config::ForArm;
 
-    /// Returns the reason why a bag cannot be drawn that has only this joint state, or no joint state if `state` is `None`.
+    /// Returns the reason why a bag cannot be drawn. `state` is the only joint state in the bag; `None` for a bag without joint states.
     fn refused(state: Option<(&[&str], &[f64])>) -> String {
         let parameters = ServoParameters::for_arm("panda").unwrap();
         let mut reader = RunReader::new("run".to_owned(), "/", None, parameters);

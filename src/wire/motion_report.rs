@@ -46,7 +46,7 @@ pub struct MotionReport {
     pub goal_frame: String,
     /// The stamp of the goal's message.
     pub goal_stamp: String,
-    /// The publisher of the goal, if known.
+    /// The publisher of the goal; `None` if unknown.
     pub asked_by: Option<String>,
     /// The name of the law.
     pub law: String,
@@ -86,7 +86,7 @@ pub struct MotionContext<'a> {
     pub goal_frame: &'a str,
     /// The publisher of the request, if the request was a message.
     pub asked_by: Option<&'a str>,
-    /// When the motion began, if known.
+    /// When the motion began; `None` if unknown.
     pub began: Option<&'a Time>,
     /// The lateness of the cycle.
     pub cycle_jitter: CycleJitter,

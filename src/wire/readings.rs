@@ -102,8 +102,8 @@ pub fn joint_reading(state: &JointState, source: u32, clock: Option<i64>) -> Joi
 mod tests {
     use super::*;
 
-    /// Returns the positions of a joint goal with these names for the joints a, b and c, or the name of the reason why there are
-    /// none.
+    /// Reads a joint goal with these names and positions for the joints a, b and c. Returns the position of each joint, or the text of
+    /// the rejection.
     fn read(names: &[&str], positions: &[f64]) -> Result<Vec<Option<f64>>, String> {
         let joints = ["a", "b", "c"].map(str::to_owned);
         let name = names.iter().map(|name| (*name).to_owned()).collect();

@@ -140,7 +140,7 @@ impl Matches {
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
     }
 
-    /// Returns the warning about a publisher from which our reader cannot receive, if there is one.
+    /// Returns the warning about a publisher from which our reader cannot receive; `None` if there is no such publisher.
     pub fn unheard(&self, ours: GUID) -> Option<String> {
         let state = self.lock();
         let mut of_ours = state.incompatible.iter().filter(|(pair, _)| pair.ours == ours);

@@ -68,7 +68,7 @@ impl Resolver {
     /// Returns the fully qualified name of a topic.
     ///
     /// # Errors
-    /// [`NameError`] if it is invalid.
+    /// [`NameError`] if the name is invalid.
     pub fn topic(&self, name: &str) -> Result<String, NameError> {
         self.resolve(name, Kind::Topic)
     }
@@ -76,7 +76,7 @@ impl Resolver {
     /// Returns the fully qualified name of a service.
     ///
     /// # Errors
-    /// [`NameError`] if it is invalid.
+    /// [`NameError`] if the name is invalid.
     pub fn service(&self, name: &str) -> Result<String, NameError> {
         self.resolve(name, Kind::Service)
     }
