@@ -15,8 +15,8 @@ pub const MOST: usize = 100_000;
 
 const ELLIPSIS: char = '…';
 
-/// Returns `text` if it has at most [`LONGEST`] bytes. Otherwise returns its beginning followed by an ellipsis, [`LONGEST`] bytes
-/// in all.
+/// Returns `text` if it has at most [`LONGEST`] bytes. Otherwise returns the beginning of `text` followed by an ellipsis,
+/// together at most [`LONGEST`] bytes.
 pub fn cut(text: &str) -> Cow<'_, str> {
     if text.len() <= LONGEST {
         return Cow::Borrowed(text);

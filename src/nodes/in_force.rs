@@ -58,7 +58,7 @@ impl InForce {
         Self { now: Mutex::new(now), requests, kind }
     }
 
-    /// Applies `parameters`, which are the content of `store` after the `changes`.
+    /// Applies `parameters`. `store` has the same parameters, and `changes` are the changes that led to them.
     ///
     /// # Errors
     /// The reason why the parameters are refused.

@@ -95,7 +95,7 @@ pub(super) struct Snapshot {
     /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// The law's rate and the largest stable rate, unless they were already reported since the settings were last changed.
+    /// The law's rate and the largest stable rate; `None` if both were already reported since the last change of the settings.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,

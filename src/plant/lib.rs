@@ -171,8 +171,8 @@ impl Plant {
         }
     }
 
-    /// Moves the arm for the time since the previous step. Under velocity commands, at most the command timeout of this time counts,
-    /// so that the arm does not travel during a long pause of the whole simulation.
+    /// Moves the arm for the time since the previous step. An arm that follows velocity commands moves for at most its command
+    /// timeout in one step, so that the arm does not travel during a long pause of the whole simulation.
     pub fn step(&mut self, now: Duration) {
         self.obey(now);
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);

@@ -36,8 +36,8 @@ macro_rules! with_command {
 
 /// A command to an arm. [`with_command`](crate::with_command) chooses the message type.
 pub trait Command: Message {
-    /// Creates a command of velocities [rad/s] or positions \[rad\], one for each of the `joints`. A controller that takes
-    /// trajectories reaches the positions after `time`.
+    /// Creates a command of velocities [rad/s] or positions \[rad\], one for each of the `joints`. If the command is a
+    /// trajectory, it reaches the positions after `time`. Other commands ignore `time`.
     fn create(numbers: Vec<f64>, joints: &[String], time: Duration) -> Self;
 
     /// Overwrites the numbers of the command without allocating. The command keeps its length, so there must be as many numbers

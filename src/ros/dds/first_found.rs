@@ -6,7 +6,7 @@ use rustdds::GUID;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-/// A publisher that this process discovers within this time of the start of the process may be older than the process.
+/// During this time after its start, this process cannot know whether a publisher that it discovers is older than the process.
 const START: Duration = Duration::from_secs(5);
 
 /// The number of publishers that are remembered, including publishers that were lost. A lost publisher that comes back keeps its
