@@ -22,12 +22,12 @@ pub(super) struct Unpacked {
     pub lost: Vec<String>,
 }
 
-/// The largest numbers of bytes to unpack.
+/// The largest numbers of bytes to unpack when a file is opened.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
-    /// The largest size of the requested messages, unpacked \[bytes\].
+    /// The largest unpacked size of a file that rosbag2 has compressed as a whole \[bytes\].
     pub room: u64,
-    /// The largest size of the chunks of one file, unpacked \[bytes\].
+    /// The largest total of the unpacked sizes of all chunks in one MCAP file \[bytes\].
     pub work: u64,
 }
 

@@ -96,7 +96,8 @@ struct FileSpan {
 }
 
 impl Metadata {
-    /// Creates the metadata of a bag of MCAP files from the names and spans of the files, and from the topics with their counts.
+    /// Creates the metadata of a bag of MCAP files. `total` is the span of the whole bag. `topics` are the topics, each with the number
+    /// of its messages. `files` are the names of the files, each with the span of the file.
     pub fn new(
         total: &Span,
         topics: impl Iterator<Item = (TopicMetadata, u64)>,

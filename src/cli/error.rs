@@ -159,7 +159,7 @@ impl Error {
         (self.to_string() + &causes.collect::<String>() + hint).replace('\n', " ")
     }
 
-    /// Returns the error of the ROS layer that is the cause, if any.
+    /// Returns the error of the ROS layer that is the cause; `None` if the cause is another error.
     fn ros(&self) -> Option<&RosError> {
         match self {
             Self::Ros(error)
@@ -171,7 +171,7 @@ impl Error {
     }
 }
 
-/// Returns whether the error is caused by the user's request rather than by its execution.
+/// Returns whether the user's request is at fault. Other errors arise while the program performs a valid request.
 fn is_ros_usage(error: &RosError) -> bool {
     matches!(
         error,
@@ -182,7 +182,7 @@ fn is_ros_usage(error: &RosError) -> bool {
     )
 }
 
-/// Returns whether the error is caused by the user's request.
+/// Returns whether the user's request is at fault, as [`is_ros_usage`] does.
 fn is_node_usage(error: &NodeError) -> bool {
     match error {
         NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,
@@ -191,22 +191,22 @@ fn is_node_usage(error: &NodeError) -> bool {
     }
 }
 
-/// Returns whether the error is caused by the user's request.
+/// Returns whether the user's request is at fault, as [`is_ros_usage`] does.
 fn is_bag_usage(error: &BagError) -> bool {
     !matches!(error, BagError::Write { .. })
 }
 
-/// Creates the error of a command that failed, from a text like that of `format!`.
+/// Creates an [`Error::Failed`]. The arguments are those of `format!`.
 macro_rules! failed {
     ($($text:tt)*) => { $crate::cli::error::Error::Failed(format!($($text)*)) };
 }
 
-/// Returns this error from the function.
+/// Returns from the calling function with the error that `failed!` creates from these arguments.
 macro_rules! bail {
     ($($text:tt)*) => { return Err($crate::cli::error::failed!($($text)*)) };
 }
 
-/// Returns this error from the function unless the condition holds.
+/// Unless the condition holds, returns from the calling function with the error that `failed!` creates from the other arguments.
 macro_rules! ensure {
     ($condition:expr, $($text:tt)*) => { if !$condition { $crate::cli::error::bail!($($text)*); } };
 }

@@ -100,7 +100,8 @@ impl Goal {
         })?)
     }
 
-    /// Sends the goal that `goal` returns on the topic that the contract calls `topic`, waits for its outcome, and prints it.
+    /// Sends the goal that `goal` creates to the topic that the contract calls `topic`. Then waits for the outcome of the goal, and
+    /// prints the outcome.
     async fn send<M: Message + Clone>(
         &self,
         ros_args: &RosArgs,

@@ -30,8 +30,8 @@ pub(super) struct OwnGoal {
 }
 
 impl OwnGoal {
-    /// Creates the state of a goal with the time stamp `stamp`. `in_frame` tells whether the goal is in a frame that the servo looks
-    /// up.
+    /// Creates the state of a goal with the time stamp `stamp`. `in_frame` is true if the goal is in a frame that the servo
+    /// must look up in TF.
     pub fn sent(stamp: &Time, in_frame: bool) -> Self {
         let now = Instant::now();
         Self {

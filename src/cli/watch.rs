@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// The time to wait for the servo.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// If the servo has not appeared after this time, a message says that the command is waiting for it.
+/// If the servo has not appeared after this time, a message says that the command is waiting for the servo.
 const UNUSUAL_DISCOVERY: Duration = Duration::from_millis(2500);
 
 /// The shortest time to wait for the servo, even if the timeout of the motion is shorter.
@@ -28,7 +28,7 @@ pub(super) struct Watch<M: Message = PoseStamped> {
     goals: Publisher<M>,
     statuses: Subscription<DiagnosticStatus>,
     motions: Subscription<DiagnosticStatus>,
-    /// Whether goals are in a frame that the servo looks up.
+    /// Whether goals are in a frame that the servo must look up in TF.
     in_frame: bool,
     /// The last goal that was sent.
     own: Option<OwnGoal>,
@@ -44,8 +44,8 @@ pub(super) fn pose_goal(goal: PoseNumbers, stamp: Time, frame: &str) -> StampedG
 }
 
 impl<M: Message + Clone> Watch<M> {
-    /// Creates the client on `node` for a servo of this kind called `servo`. Goals go to the topic that the contract calls `topic`;
-    /// `in_frame` tells whether they are in a frame that the servo looks up.
+    /// Creates the client of the servo `servo`, which is of this kind, on `node`. The client sends goals to the topic that the
+    /// contract calls `topic`. `in_frame` is true if goals are in a frame that the servo must look up in TF.
     pub fn new(
         node: &mut Node,
         kind: ServoKind,
@@ -66,8 +66,8 @@ impl<M: Message + Clone> Watch<M> {
         })
     }
 
-    /// Waits for the servo's first report. Waits at most for `timeout`, limited to the range from `SHORTEST_DISCOVERY` to
-    /// `DISCOVERY`.
+    /// Waits for the servo's first report, for at most `timeout`. A `timeout` below `SHORTEST_DISCOVERY` or above `DISCOVERY` is
+    /// replaced by that bound.
     pub async fn find(&self, timeout: Duration) -> Result<(), NotArrived> {
         let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
         let first = async {
@@ -83,7 +83,8 @@ impl<M: Message + Clone> Watch<M> {
         tokio::time::timeout(patience, first).await.map_err(silent)
     }
 
-    /// Sends `goal` and waits until the arm has arrived, or it is certain that the arm will not arrive. Returns the motion.
+    /// Sends a goal, and returns the motion to the goal once the arm has arrived. Returns an error once it is certain that the arm
+    /// will not arrive.
     pub async fn go(
         &mut self,
         (message, stamp): StampedGoal<M>,
@@ -121,7 +122,8 @@ impl<M: Message + Clone> Watch<M> {
         }
     }
 
-    /// Returns whether the servo has the last goal that was sent, or may still take it; `None` if the servo does not report.
+    /// Returns whether the servo has the last goal that this client sent, or may still take that goal. `None` if the servo does not
+    /// report in time.
     pub async fn has_own_goal(&self) -> Option<bool> {
         let Some(own) = &self.own else { return Some(false) };
         let is_left = async {

@@ -15,8 +15,8 @@ pub const MOST: usize = 100_000;
 
 const ELLIPSIS: char = '…';
 
-/// Returns `text` if it has at most [`LONGEST`] bytes. Otherwise returns its beginning followed by an ellipsis, [`LONGEST`] bytes
-/// in all.
+/// Returns `text` if it has at most [`LONGEST`] bytes. Otherwise returns the beginning of `text` followed by an ellipsis,
+/// together at most [`LONGEST`] bytes.
 pub fn cut(text: &str) -> Cow<'_, str> {
     if text.len() <= LONGEST {
         return Cow::Borrowed(text);
@@ -25,9 +25,9 @@ pub fn cut(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{}{ELLIPSIS}", &text[..end]))
 }
 
-/// The largest number of characters to show of a name from outside.
+/// The largest number of characters of a name from outside that is shown. Longer names are cut.
 pub const NAME: usize = 80;
-/// The largest number of characters to show of an error message about a file from outside.
+/// The largest number of characters of an error message about a file from outside. Longer messages are cut.
 pub const REASON: usize = 400;
 
 /// Returns a text from outside for a figure, a table or a line. Replaces control characters. If the text has more than `longest`

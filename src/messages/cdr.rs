@@ -22,8 +22,8 @@ pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
     decode_payload(*header, payload).map(|(message, _)| message).map_err(error)
 }
 
-/// Decodes the value at the beginning of `payload`, which had the encapsulation header `header`. Returns the value and the number
-/// of bytes that it takes.
+/// Decodes the value at the beginning of `payload`, in the encoding that the encapsulation header `header` names. Returns the value
+/// and the number of bytes that the value takes.
 pub fn decode_payload<V: DeserializeOwned>(header: [u8; 4], payload: &[u8]) -> Result<(V, usize), String> {
     let decoded = match header {
         [0, 0, ..] => cdr_encoding::from_bytes::<V, BigEndian>(payload),

@@ -34,8 +34,8 @@ pub trait ServiceType: 'static {
     /// The response of the server.
     type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
-    /// Returns a substitute for a response of `_bytes` bytes, if only `_room` bytes can reach the client. `None` if the service has
-    /// no substitute.
+    /// Returns the substitute for a response that is too long: it has `_bytes` bytes, but only `_room` bytes can reach the client.
+    /// `None` if the service has no substitute.
     fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
         None
     }

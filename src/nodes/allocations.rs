@@ -61,7 +61,7 @@ struct Cycles {
     /// The time of the servo and the robot. The time advances by one period per cycle, so that late wake-ups of this thread do not
     /// matter.
     now: Duration,
-    /// The upward speed of the twist that is sent in each cycle [m/s], if any.
+    /// The upward speed of the twist that is sent in each cycle [m/s]; `None` if no twists are sent.
     twist: Option<f64>,
 }
 

@@ -15,7 +15,7 @@ const SILENCE: Duration = Duration::from_secs(1);
 /// commands.
 pub(super) type GuardStatuses = Arc<Subscription<DiagnosticStatus>>;
 
-/// Subscribes to the statuses of the guards of the arm whose topics begin with `prefix`.
+/// Subscribes to the statuses of one arm's guards. The names of the arm's topics begin with `prefix`.
 pub(super) fn subscribe(
     node: &mut Node,
     contract: &NodeContract,

@@ -58,7 +58,7 @@ impl InForce {
         Self { now: Mutex::new(now), requests, kind }
     }
 
-    /// Applies `parameters`, which are the content of `store` after the `changes`.
+    /// Applies `parameters`. `store` has the same parameters, and `changes` are the changes that led to them.
     ///
     /// # Errors
     /// The reason why the parameters are refused.
@@ -101,7 +101,8 @@ impl InForce {
         Ok(())
     }
 
-    /// Sends these settings to the cycle. `record` has the parameters from which they were built.
+    /// Sends `settings` to the cycle. `record` has the parameters from which the settings were built. Adds their scene to `scenes`,
+    /// and frees the scenes that the cycle has dropped.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
@@ -169,7 +170,7 @@ mod tests {
     }
 
     /// Returns the names of the keep-outs in the settings that were last sent to the cycle. Returns `None` if no settings were sent
-    /// since the last call, or settings without constraints.
+    /// since the last call, or if the last settings have no constraints.
     fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
         let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
         let scene = settings.scene?;

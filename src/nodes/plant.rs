@@ -123,7 +123,7 @@ struct Cycle {
     log: Logger,
 }
 
-/// The commands to the plant. Their message type depends on the simulated controller.
+/// Receives the commands to the plant. The controller that the plant simulates determines their message type.
 trait Commands: Send {
     /// Gives the newest command to `plant` at `now`. The plant's joints are called `joints`. Returns the errors.
     fn give(&self, plant: &mut Plant, takes_positions: bool, joints: &[String], now: Duration)

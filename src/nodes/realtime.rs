@@ -51,13 +51,14 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
     lock_memory().map_err(|why| RealtimeError::Memory { priority, why })
 }
 
-/// Calls `make`. The threads that `make` starts have SCHED_FIFO with a priority one below that of the cycle, at least 1. Without
-/// this priority, a cycle that is never late would wait for threads of DDS that are late. A priority of 0 changes nothing.
+/// Calls `make`. The threads that `make` starts have SCHED_FIFO, because threads inherit it from the thread that starts them. Their
+/// priority is `priority - 1`, but at least 1. If `priority` is 0, only calls `make`.
 ///
-/// Threads inherit the priority from the thread that starts them.
+/// `priority` is that of the cycle, and `make` starts the threads of DDS. With an ordinary priority, these threads could be late, and
+/// a cycle that is never late would wait for them.
 ///
 /// # Errors
-/// [`RealtimeError`] if the system does not allow it. Then `make` is not called.
+/// [`RealtimeError`] if the system does not allow the priority. Then `make` is not called.
 pub fn below<R: Send>(priority: u8, make: impl FnOnce() -> R + Send) -> Result<R, RealtimeError> {
     if priority == 0 {
         return Ok(make());

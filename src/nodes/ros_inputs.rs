@@ -52,7 +52,7 @@ pub(super) struct RejectedGoal<Sender> {
 }
 
 impl RejectedGoals {
-    /// Rejects a goal before the servo gets it.
+    /// Rejects a goal that the node cannot give to the servo. Adds the goal to this list, and gives the servo the reason `why`.
     fn refuse(&mut self, servo: &mut Servo, stamp: &Time, by: u32, why: Rejection) {
         self.add(stamp, by, why.clone());
         let _ = servo.take(Event::Unusable(why));

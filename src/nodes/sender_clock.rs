@@ -15,9 +15,9 @@ use std::time::Duration;
 /// offset means that the clocks do not agree.
 const KEPT: i64 = 300_000_000_000;
 
-/// The largest relative drift between two clocks. A message counts as undelayed if the clocks may have drifted by its apparent
-/// delay since the fastest message. This drift is at most `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther
-/// apart.
+/// The largest relative drift between two clocks. Since the fastest message, the clocks may have drifted apart by `DRIFT` times the
+/// time since then, but at most by `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther apart. A message whose
+/// apparent delay is not larger than this drift counts as undelayed.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 
@@ -74,7 +74,7 @@ impl SenderClock {
         Duration::from_nanos((offset - none).unsigned_abs())
     }
 
-    /// Returns the offset that a message without delay has at `now`; `None` if it is not known.
+    /// Returns the offset that a message without delay has at `now`; `None` if the sender's clock is not known yet.
     fn fastest_by(&self, now: Duration) -> Option<i64> {
         let Arrival { offset, at } = self.fastest?;
         let drift = DRIFT * now.saturating_sub(at).as_nanos() as f64;

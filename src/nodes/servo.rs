@@ -139,7 +139,7 @@ impl ServoNode {
         self.joint_states.iter().any(|joint_states| joint_states.publishers() == 0)
     }
 
-    /// Returns the reason why the cycle has failed, if it has.
+    /// Returns the reason why the cycle has failed; `None` if it has not failed.
     pub fn failure(&self) -> Option<ShutdownError> {
         self.outcome.borrow().clone().and_then(Result::err)
     }

@@ -95,7 +95,7 @@ pub(super) struct Snapshot {
     /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// The law's rate and the largest stable rate, unless they were already reported since the settings were last changed.
+    /// The law's rate and the largest stable rate; `None` if both were already reported since the last change of the settings.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,
@@ -118,7 +118,7 @@ pub(super) struct Snapshots {
     last: Option<Changes>,
     /// The updates of motions to send with the next status.
     updates: MotionUpdates,
-    /// The number of changes of the settings up to the time when the law's rate was last sent.
+    /// The number of times that the settings had changed when the law's rate was last sent; `None` if the rate was never sent.
     judged: Option<u64>,
     pose: Throttle,
     status: Throttle,
@@ -227,7 +227,7 @@ impl Snapshots {
     }
 }
 
-/// Returns the two publishers that `reason` is about, if it is about two publishers.
+/// Returns the two publishers in conflict, with `None` for an unknown publisher. If `reason` is not a conflict, both are `None`.
 fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {

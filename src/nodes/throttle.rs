@@ -14,7 +14,7 @@ impl Throttle {
         Self { interval, last: None }
     }
 
-    /// Returns whether the interval has passed at `now` since this function last returned true.
+    /// Returns true at the first call. Later returns true if, at `now`, the interval has passed since this function last did so.
     pub fn is_due(&mut self, now: Duration) -> bool {
         let is_due = self.last.is_none_or(|last| now.saturating_sub(last) >= self.interval);
         if is_due {

@@ -7,11 +7,11 @@ use dq_ros::ros::names::NameError;
 use dq_ros::ros::{Resolver, RosError};
 use dq_wire::{ServoKind, command_topic};
 
-/// Checks that the joints of two arms differ if the joint states of both come on one topic, and that the commands to both go to
-/// different topics.
+/// Checks that the commands to the two arms go to different topics. If the joint states of both arms come on one topic, also checks
+/// that no joint of one arm has the name of a joint of the other arm. A servo for one arm always passes.
 ///
 /// # Errors
-/// [`NodeError`] for a common joint, or a common topic of commands.
+/// [`NodeError`] for a common name of joints, or a common topic of commands.
 pub(super) fn check(
     names: &Resolver,
     kind: ServoKind,

@@ -7,7 +7,7 @@
 //! let mut arm = Plant::new(vec![0.0, 0.4], ms(100));
 //! arm.step(ms(0));
 //! arm.take_command(&[0.5, 0.0], ms(0))?; // [rad/s]
-//! // The arm stops by itself 100 ms after the last command.
+//! // The arm stops 100 ms after the last command.
 //! (1..=500).for_each(|now| arm.step(ms(now)));
 //! assert!((arm.positions()[0] - 0.05).abs() < 1e-12);
 //! assert_eq!(arm.velocities(), [0.0, 0.0]);
@@ -171,8 +171,8 @@ impl Plant {
         }
     }
 
-    /// Moves the arm for the time since the previous step. Under velocity commands, at most the command timeout of this time counts,
-    /// so that the arm does not travel during a long pause of the whole simulation.
+    /// Moves the arm for the time since the previous step. An arm that follows velocity commands moves for at most its command
+    /// timeout in one step, so that the arm does not travel during a long pause of the whole simulation.
     pub fn step(&mut self, now: Duration) {
         self.obey(now);
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);

@@ -15,7 +15,7 @@ use pyo3::types::PyTuple;
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Chain {
     pub chain: arm::Chain,
-    /// The static method that made the chain, and its arguments: they are what is pickled.
+    /// The static method that made the chain, and the arguments of that call. Pickling stores both.
     made: (&'static str, Py<PyTuple>),
 }
 
@@ -27,7 +27,7 @@ pub(super) fn arms() -> Vec<&'static str> {
 
 #[pymethods]
 impl Chain {
-    /// Returns one of `arms()`.
+    /// Returns the chain of the built-in arm `name`, one of `arms()`.
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
         Self::made(arm::Chain::for_arm(name).map_err(wrong)?, "builtin", (name,).into_pyobject(py)?)
@@ -71,7 +71,7 @@ impl Chain {
         self.chain.forward_kinematics(&slice(&theta)).map(Pose).map_err(wrong)
     }
 
-    /// Returns the pose of each link: of the frame that moves with a joint and has its z axis along the joint's axis.
+    /// Returns the pose of each link's frame. The frame moves with the link's joint, and its z axis is the axis of the joint.
     fn link_poses(&self, theta: Numbers<'_>) -> PyResult<Vec<Pose>> {
         let poses = self.chain.link_poses(&slice(&theta)).map_err(wrong)?;
         Ok(poses.into_iter().map(Pose).collect())

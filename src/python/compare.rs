@@ -20,8 +20,9 @@ fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> Py
     arm.with(values).map_err(wrong)
 }
 
-/// Returns the first `count` tasks of the comparison for one of `arms()` or a parameter file: N×n joint positions at the start, and
-/// N×8 goals.
+/// Returns the first `count` tasks of the comparison: the N×n joint positions at their starts, and their N×8 goals as dual quaternions.
+///
+/// `arm` is one of `arms()`, or a parameter file.
 #[pyfunction]
 #[pyo3(signature = (arm, count, seed = 1, *, parameters = None))]
 pub(super) fn tasks<'py>(
@@ -41,7 +42,8 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
+/// Returns the gain at which the law settles as fast as logc at 2 1/s on this arm: their median settling times are equal, over tasks
+/// that no comparison uses.
 ///
 /// Raises a ValueError if the law settles in less than half of the tasks at every gain.
 #[pyfunction]
@@ -58,7 +60,7 @@ pub(super) fn settling_gain(
     gain.map_err(wrong)
 }
 
-/// Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each figure, with NaN for missing values.
+/// Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each metric, with NaN for missing values.
 ///
 /// `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
 #[pyfunction]

@@ -74,7 +74,7 @@ impl OwnLaw {
         exactly(&twist, "the law's twist")
     }
 
-    /// Returns the twist, or NaN if Python raised an exception, so that no arm moves.
+    /// Returns the twist. If Python raises an exception, keeps the exception and returns NaN, so that no arm moves.
     fn kept(&self, twist: impl FnOnce(Python<'_>) -> PyResult<[f64; 6]>) -> AngularLinear {
         let [a, b, c, x, y, z] = Python::attach(twist).unwrap_or_else(|why| {
             self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
@@ -83,7 +83,7 @@ impl OwnLaw {
         (Vector3::new(a, b, c), Vector3::new(x, y, z))
     }
 
-    /// Raises the exception that the function raised in a call, if there was one.
+    /// Raises the first exception that the law has raised since the last check, if there was one.
     pub fn check(&self) -> PyResult<()> {
         let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(Ok(()), Err)
@@ -149,7 +149,7 @@ pub(super) struct Law {
     pub own: Option<&'static OwnLaw>,
 }
 
-/// The arguments of a law: the law, its gains, its aim, and the map of a law of one's own.
+/// The arguments of [`Law`]: the law, its gains and its aim; for the user's own law, also the map to joint velocities.
 type LawArguments = (Py<PyAny>, Vec<f64>, &'static str, Option<&'static str>);
 
 /// One number for all gains of a law, or one number for each gain.

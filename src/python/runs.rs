@@ -95,7 +95,7 @@ impl Run {
         self.0.laws.to_vec()
     }
 
-    /// The motions to goals with all figures, as in the table of `dq_servo plot`.
+    /// The motions to goals. Each has all metrics of the table of `dq_servo plot`.
     #[getter]
     fn motions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         python(py, &self.0.motions)
@@ -116,8 +116,8 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
     Ok(recorded.runs.into_iter().map(Run).collect())
 }
 
-/// Replays the runs of a bag through the servo. Returns for each servo the number of commands, and the number of commands that differ
-/// from the recorded ones in any bit.
+/// Replays the runs of a bag through the servo. Returns for each servo how many commands were compared, and how many of these commands
+/// differ from the recorded ones in any bit.
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;

@@ -108,7 +108,7 @@ impl Servo {
         self.servo.stop();
     }
 
-    /// Pauses or goes on, like `~/pause`.
+    /// Pauses if `paused` is true, otherwise resumes, like `~/pause`.
     fn pause(&mut self, paused: bool) {
         self.servo.pause(paused);
     }
@@ -171,13 +171,13 @@ impl Servo {
         self.servo.pose().map(Pose)
     }
 
-    /// The last commanded joint velocities, whatever the interface.
+    /// The last commanded joint velocities, even if the servo sends positions.
     #[getter]
     fn command<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, self.servo.command())
     }
 
-    /// The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the figures of the motion.
+    /// The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the metrics of the motion.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let said = PyDict::new(py);
@@ -240,7 +240,8 @@ impl Servo {
     }
 }
 
-/// Puts the Python law `own`, if there is one, into the settings with its gains and its aim. Keeps their damping.
+/// Puts the Python law `own`, if there is one, into the settings with its gains and its aim. Keeps the
+/// damping of the settings.
 fn take_place(own: Option<&Law>, settings: &mut Settings) {
     if let Some(law) = own {
         let damping = settings.controller.damping;

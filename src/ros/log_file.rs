@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// The queue of lines for the log file. The first line creates it. `None` if the file cannot be created.
+/// The queue of lines for the log file. The first line creates queue and file. `None` if the file cannot be created.
 static QUEUE: OnceLock<Option<Queue>> = OnceLock::new();
 
 /// Queues a line for the file. Never blocks. If the file cannot be created, one warning appears on stderr.

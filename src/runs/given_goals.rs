@@ -47,13 +47,15 @@ struct MeasuredMotion {
 }
 
 impl MeasuredMotions {
-    /// Creates the measurement for the run with this name. A motion has arrived if its last error is within `tolerance`.
+    /// Creates the measurement for the run with this name. A motion counts as arrived if its
+    /// last pose error is within `tolerance`.
     pub fn new(run: &str, tolerance: Tolerance) -> Self {
         Self { run: run.to_owned(), tolerance, current: None, ended: Vec::new(), last: None }
     }
 
-    /// Takes a goal that arrived at `time` \[s\]. Returns whether it begins a motion. A goal that follows the last goal as in a
-    /// stream moves the goal of the current motion. A goal that equals the last goal within the tolerance changes nothing.
+    /// Takes a goal that arrived at `time` \[s\]. Returns whether the goal begins a motion. Two kinds of goals do not: a goal that
+    /// equals the current goal within the tolerance, and a goal that arrived within [`STREAM`] of the last goal, as in a stream.
+    /// Such a goal becomes the goal of the current motion.
     pub fn take_goal(&mut self, time: f64, goal: UnitDualQuaternion) -> bool {
         if let Some(current) = &mut self.current {
             let [position, rotation] = current.goal.distances(&goal);
@@ -71,8 +73,8 @@ impl MeasuredMotions {
         true
     }
 
-    /// Adds a joint state that was measured at `time` \[s\]. Without measured `velocities`, the speeds follow from the `positions`.
-    /// Returns the error with respect to the goal, if there is a goal.
+    /// Adds a joint state that was measured at `time` \[s\]. If any of the `velocities` is not finite, computes all speeds from this
+    /// and the previous positions. Returns the pose error; `None` if there is no goal yet.
     pub fn sample(
         &mut self,
         time: f64,
@@ -104,7 +106,8 @@ impl MeasuredMotions {
         Some(error)
     }
 
-    /// Ends the current motion. Its outcome is `otherwise`, unless the arm is at the goal.
+    /// Ends the current motion, if there is one. If the arm is at the goal, the motion counts as arrived. Otherwise the outcome of the
+    /// motion is `otherwise`.
     fn end(&mut self, otherwise: Outcome) {
         let Some(MeasuredMotion { goal, start, meter: Some(meter), is_at_goal, .. }) = self.current.take()
         else {

@@ -34,7 +34,7 @@ pub enum RunError {
     /// The bag has no arm that could be drawn.
     #[error("{0}")]
     NoRobot(String),
-    /// An arm without a known servo has no goal on the topic that the caller named.
+    /// The caller named a topic of goals for an arm without a known servo, but no message on this topic is a goal.
     #[error("{run}: no message of geometry_msgs/msg/PoseStamped on {topic} is a goal{instead}")]
     NoGoals {
         /// The name of the run.

@@ -229,7 +229,7 @@ impl RunReader {
         first..first + self.parameters.joints[arm].names().len()
     }
 
-    /// Returns whether the joint states of all arms may come on one topic: their joints have different names.
+    /// Returns whether no two joints have the same name. Then the joint states of all arms may come on one topic.
     pub fn shares_topic(&self) -> bool {
         let mut names = HashSet::new();
         self.parameters.joints.iter().flat_map(JointOrder::names).all(|name| names.insert(name))
@@ -490,7 +490,7 @@ fn goal_of(message: &PoseStamped) -> Option<UnitDualQuaternion> {
     Goal::new([p.x, p.y, p.z], [r.x, r.y, r.z, r.w], "", "").ok().map(|goal| *goal.base_from_goal())
 }
 
-/// Returns the checks of keep-outs from the arm's present position on, if constraints are on.
+/// Returns the checks of keep-outs, which begin at the arm's present position; `None` if constraints are off.
 fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
 }
@@ -520,7 +520,7 @@ mod tests {
     use super::*;
     use dq_config::ForArm;
 
-    /// Returns the reason why a bag cannot be drawn that has only this joint state, or no joint state if `state` is `None`.
+    /// Returns the reason why a bag cannot be drawn. `state` is the only joint state in the bag; `None` for a bag without joint states.
     fn refused(state: Option<(&[&str], &[f64])>) -> String {
         let parameters = ServoParameters::for_arm("panda").unwrap();
         let mut reader = RunReader::new("run".to_owned(), "/", None, parameters);

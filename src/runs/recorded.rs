@@ -103,7 +103,7 @@ pub fn recorded_toward(
     Ok(Recorded { runs, warnings, losses })
 }
 
-/// Creates the error for a run without a goal on `topic`, which names the topics that have goals.
+/// Creates the error for a run that has no goal on `topic`. The error names the topics that have goals.
 fn no_goals(run: &str, topic: &str, announced: &Announced) -> RunError {
     let with_goals = announced.topics().iter().filter(|topic| topic.message == GOAL);
     let others: Vec<_> =

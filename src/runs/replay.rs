@@ -86,7 +86,7 @@ fn is_record(topic: &Topic) -> bool {
     topic.name.ends_with("/events") && topic.message == UInt8MultiArray::TYPE
 }
 
-/// Returns for each servo in a bag, by the name of its node, the time from which the servo can be replayed. The time is in seconds
+/// Returns the names of the servos' nodes in a bag, each with the time from which the servo can be replayed. The time is in seconds
 /// after the bag's beginning; `None` if the servo cannot be replayed. Reads no more of the bag than necessary.
 pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
     let records = bag.topics().into_iter().filter(is_record);
@@ -169,7 +169,7 @@ impl Running {
 /// Returns the settings with the live keep-outs `drawn`.
 ///
 /// # Errors
-/// [`RunError::KeepOut`] for a text that is not a keep-out; the error of the scene if it has no room for them.
+/// [`RunError::KeepOut`] for a text that is not a keep-out; the error of the scene if the scene has no room for the keep-outs.
 fn with_drawn(settings: &Settings, drawn: &[String]) -> Result<Settings, RunError> {
     let parse =
         |text: &String| text.parse().map_err(|why| RunError::KeepOut { keep_out: shown(text, NAME), why });

@@ -225,7 +225,7 @@ pub struct MotionRow {
     pub asked_by: Option<String>,
     /// The goal. For a stream, its last goal.
     pub goal: Option<PoseNumbers>,
-    /// The figures of the motion.
+    /// The metrics of the motion.
     #[serde(flatten)]
     pub figures: Figures,
     /// The largest commanded speed of each joint, as a fraction of its limit.

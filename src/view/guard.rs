@@ -97,7 +97,7 @@ impl Guard {
         }
     }
 
-    /// Returns whether `host` names this server: by its address, by `localhost`, or by the name on which it was asked to listen.
+    /// Returns whether `host` is the server's address, `localhost`, or the name on which the server was asked to listen.
     /// The port is ignored, because a tunnel (`ssh -L`) may change the port.
     fn is_ours(&self, host: &str) -> bool {
         let Some(name) = without_port(host) else { return false };

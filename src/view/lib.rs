@@ -66,7 +66,7 @@ pub enum ViewError {
 /// A request of a browser to the program that serves the page, not to the robot.
 #[derive(Clone, Debug)]
 pub enum BackgroundTask {
-    /// Run a race, and show it.
+    /// Run a race, and show it: two simulated arms repeat the same motion, each under one law.
     Race(Race),
     /// Begin a recording.
     Record,
@@ -91,7 +91,7 @@ pub struct RobotEnd {
     pub robot: watch::Sender<Arc<str>>,
     /// The JSON message with the data that change all the time.
     pub now: watch::Sender<Arc<str>>,
-    /// The JSON message that shows a race.
+    /// The JSON message that shows a race: two simulated arms that repeat the same motion, each under one law.
     pub race: watch::Sender<Arc<str>>,
     /// The JSON message that shows the markers that the servo publishes for viewers.
     pub markers: watch::Sender<Arc<str>>,

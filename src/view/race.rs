@@ -1,4 +1,4 @@
-//! A race: two arms move to the same goal under two laws.
+//! A race: two simulated arms repeat the same motion, each under one law.
 
 use super::ViewError;
 use super::robot::{Robot, units};
@@ -12,7 +12,7 @@ use dq_wire::{Contract, MotionReport, Outcome, ServoKind};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
-/// A race that a browser requests: the start, the goal, and the laws.
+/// A race that a browser requests: the motion that two simulated arms repeat, and the law of each arm.
 #[derive(Clone, Debug)]
 pub struct Race {
     /// The two laws.

@@ -17,7 +17,7 @@ pub fn command_topic(interface: Interface) -> &'static str {
     }
 }
 
-/// Evaluates an expression in which the given name stands for the message type of the commands to an arm with this interface.
+/// Evaluates `$expression`, in which `$Command` is the message type of the commands to an arm with the interface `$interface`.
 #[macro_export]
 macro_rules! with_command {
     ($interface:expr, $Command:ident => $expression:expr) => {
@@ -36,8 +36,8 @@ macro_rules! with_command {
 
 /// A command to an arm. [`with_command`](crate::with_command) chooses the message type.
 pub trait Command: Message {
-    /// Creates a command of velocities [rad/s] or positions \[rad\], one for each of the `joints`. A controller that takes
-    /// trajectories reaches the positions after `time`.
+    /// Creates a command of velocities [rad/s] or positions \[rad\], one for each of the `joints`. If the command is a
+    /// trajectory, it reaches the positions after `time`. Other commands ignore `time`.
     fn create(numbers: Vec<f64>, joints: &[String], time: Duration) -> Self;
 
     /// Overwrites the numbers of the command without allocating. The command keeps its length, so there must be as many numbers
@@ -47,8 +47,8 @@ pub trait Command: Message {
     /// Returns the velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
-    /// Returns the numbers in the order of `joints`, and the time within which to reach them. `None` if the command names joints,
-    /// and lacks one of these.
+    /// Returns the numbers in the order of `joints`, and the time within which the arm should reach them. `None` for a trajectory
+    /// that has no position for one of the `joints`.
     fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)>;
 
     /// Returns whether a guard has sent the command.

@@ -133,7 +133,7 @@ pub enum Recorded<'a> {
         positions: Cow<'a, [Option<f64>]>,
         /// The time stamp of the message \[ns\].
         stamp: i64,
-        /// The sender of the message, and its age on arrival.
+        /// The sender of the message, and the age of the message on arrival.
         sent: Sent,
     },
 }

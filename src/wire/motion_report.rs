@@ -46,12 +46,12 @@ pub struct MotionReport {
     pub goal_frame: String,
     /// The stamp of the goal's message.
     pub goal_stamp: String,
-    /// The publisher of the goal, if known.
+    /// The publisher of the goal; `None` if unknown.
     pub asked_by: Option<String>,
     /// The name of the law.
     pub law: String,
-    /// The components of the pose that the law controls: the primitive of two arms, or the task of one arm. `None` for the whole
-    /// pose of one arm.
+    /// The name of the components of the pose that the law controls, such as `position`. `None` if the law controls the whole pose
+    /// of one arm.
     pub aim: Option<String>,
     /// The gains of the law, as text.
     pub gains: String,
@@ -65,7 +65,7 @@ pub struct MotionReport {
     pub reconfiguration: String,
     /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,
-    /// The figures of the motion so far.
+    /// The metrics of the motion so far.
     pub figures: Figures,
     /// The largest commanded speed of each joint, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
@@ -86,7 +86,7 @@ pub struct MotionContext<'a> {
     pub goal_frame: &'a str,
     /// The publisher of the request, if the request was a message.
     pub asked_by: Option<&'a str>,
-    /// When the motion began, if known.
+    /// When the motion began; `None` if unknown.
     pub began: Option<&'a Time>,
     /// The lateness of the cycle.
     pub cycle_jitter: CycleJitter,

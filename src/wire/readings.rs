@@ -25,8 +25,8 @@ pub fn goal_reading(goal: &PoseStamped) -> GoalReading<'_> {
     }
 }
 
-/// Converts a joint goal for a servo with these `joints`, arm after arm. A message without names has a position for each joint in
-/// their order. The reading uses `positions`.
+/// Converts a joint goal for a servo with these `joints`: the first arm's joints, then the second arm's. A message without names has
+/// a position for each joint, in this order. The function overwrites `positions`, and the returned reading borrows it.
 ///
 /// # Errors
 /// A [`Rejection`] for an unknown name, for a name that is repeated, or for lists of different lengths.
@@ -67,7 +67,7 @@ pub fn twist_reading(twist: &TwistStamped) -> TwistReading<'_> {
     }
 }
 
-/// Returns the distance from the goal. `screw_log` is the screw log of the error, as in `~/pose_error`.
+/// Returns the distance from the goal. `screw_log` is the screw logarithm of the pose error, as published on `~/pose_error`.
 pub fn error_distance(screw_log: &TwistStamped) -> GoalError {
     let (a, l) = (&screw_log.twist.angular, &screw_log.twist.linear);
     let error = UnitDualQuaternion::screw_exp(&Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z));
@@ -86,8 +86,8 @@ pub fn transform_reading(message: &TransformStamped) -> frames::Transform<'_> {
     }
 }
 
-/// Converts a joint state from the publisher `source`. `clock` is the time of this host's clock \[ns\]; without it, the stamp is
-/// ignored.
+/// Converts a joint state from the publisher `source`. `clock` is the present time of this host's clock \[ns\], from which the age
+/// of the joint state follows. If `clock` is `None`, the reading has no age.
 pub fn joint_reading(state: &JointState, source: u32, clock: Option<i64>) -> JointReading<'_> {
     JointReading {
         names: &state.name,
@@ -102,8 +102,8 @@ pub fn joint_reading(state: &JointState, source: u32, clock: Option<i64>) -> Joi
 mod tests {
     use super::*;
 
-    /// Returns the positions of a joint goal with these names for the joints a, b and c, or the name of the reason why there are
-    /// none.
+    /// Reads a joint goal with these names and positions for the joints a, b and c. Returns the position of each joint, or the text of
+    /// the rejection.
     fn read(names: &[&str], positions: &[f64]) -> Result<Vec<Option<f64>>, String> {
         let joints = ["a", "b", "c"].map(str::to_owned);
         let name = names.iter().map(|name| (*name).to_owned()).collect();

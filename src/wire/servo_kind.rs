@@ -17,7 +17,7 @@ pub enum ServoKind {
     TwoArms,
 }
 
-/// What the report of a motion to a joint goal has in place of a law.
+/// The name that replaces the name of a law in the report of a motion to a joint goal.
 const JOINT_LINE: &str = "joint_line";
 
 /// The names of the present law.
@@ -25,7 +25,8 @@ const JOINT_LINE: &str = "joint_line";
 pub struct LawNames {
     /// The name of the law; for two arms, the name of the Jacobian map.
     pub law: &'static str,
-    /// The name of the components of the pose that the law controls; `None` if it is the whole pose of one arm.
+    /// The name of the components of the pose that the law controls, such as `position`. `None` if the law controls the whole pose
+    /// of one arm.
     pub aim: Option<&'static str>,
     /// The key under which the status has `aim`.
     pub aim_key: &'static str,

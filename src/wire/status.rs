@@ -20,8 +20,8 @@ pub struct StatusReport {
     pub state: State,
     /// The present law.
     pub law: String,
-    /// The components of the pose that the law controls: the primitive of two arms, or the task of one arm. `None` for the whole
-    /// pose of one arm.
+    /// The name of the components of the pose that the law controls, such as `position`. `None` if the law controls the whole pose
+    /// of one arm.
     pub aim: Option<String>,
     /// The input that moves the arm; `None` in bags of earlier versions.
     pub input: Option<Input>,
@@ -41,7 +41,7 @@ pub struct StatusReport {
     pub clearance: Option<f64>,
     /// The name of a [`Reconfiguration`]: whether another configuration reaches the goal. `None` in bags of earlier versions.
     pub reconfiguration: Option<String>,
-    /// The figures of the motion; `None` until the first joint state.
+    /// The metrics of the motion; `None` until the first joint state.
     pub figures: Option<Figures>,
     /// The lateness of the cycle since the motion began.
     pub cycle_jitter: CycleJitter,

@@ -23,7 +23,7 @@ pub struct SpreadFigures {
     pub max: Duration,
 }
 
-/// The figures of a [`CycleTiming`].
+/// The distributions and the count of a [`CycleTiming`], as numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimingFigures {
     /// The lateness of the wake-ups.
@@ -52,7 +52,7 @@ impl CycleTiming {
         self.work.clear();
     }
 
-    /// Returns the figures.
+    /// Returns the distributions and the count as numbers.
     pub fn figures(&self) -> TimingFigures {
         TimingFigures {
             lateness: self.lateness.figures(),

@@ -204,7 +204,7 @@ impl Watcher {
         }
     }
 
-    /// Handles the first publisher of the topic, if its QoS equals the presumed QoS.
+    /// Notes that the topic has its first publisher. The publisher must offer the presumed QoS, so the subscription need not change.
     fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
         if let Some(receiving) = self.receiving.get_mut(name) {
             receiving.delivery = Some(Delivery::PRESUMED);

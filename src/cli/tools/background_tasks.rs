@@ -1,4 +1,5 @@
-//! Performs the requests of the live page that concern this program rather than the robot: races of two laws, and recordings.
+//! Performs the requests of the live page that concern this program rather than the robot: races and recordings. In a race, two
+//! simulated arms repeat the same motion, each under one law.
 
 use super::race::RaceNodes;
 use super::recording::Recording;
@@ -16,8 +17,8 @@ pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
     show: watch::Sender<Arc<str>>,
-    /// The number of the last race. The numbers count up from the time at which this program started [ms since 1970]. So a page
-    /// that was opened before a restart does not take a new race for an old one.
+    /// The number of the last race. The numbers count up from the time at which this program started [ms since 1970], so they differ
+    /// from all numbers before a restart. A page that stays open then does not take a new race for an old one.
     races: u64,
     /// The race that is running, if any.
     race: JoinSet<()>,

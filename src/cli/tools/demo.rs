@@ -304,7 +304,7 @@ fn table(Played { motions, joints }: &Played) -> String {
     )
 }
 
-/// A cycle that woke later than this [µs] has affected the motion: a quarter of the robot's own timeout.
+/// A cycle that woke up late by more than this [µs] has affected the motion. This is a quarter of the command timeout of the robot.
 const BUSY: f64 = 25_000.0;
 
 /// Returns a note for a table whose cycles woke late by up to `latest` [µs].

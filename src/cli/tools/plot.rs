@@ -106,7 +106,7 @@ impl Plot {
         Ok(Some(GivenGoals::Pose(*goal.base_from_goal())))
     }
 
-    /// Writes into the output folder the paths of the bags whose figures will be in the folder.
+    /// Writes the paths of the bags into the output folder, which will have the figures of these bags.
     ///
     /// # Errors
     /// [`Usage`] if the folder has figures of other bags. The figures are not overwritten.

@@ -9,8 +9,8 @@ use std::time::Duration;
 /// The longest motion that is worth watching.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Fractions of the joints' way from the start to the farthest goal to try. The rehearsal uses the first fraction at which one law
-/// reaches the goal and another law returns.
+/// The goals to try, as fractions of the joints' path from the start to the farthest goal. The rehearsal uses the first goal that one
+/// law reaches and from which another law returns.
 const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// Returns the law for the way back.

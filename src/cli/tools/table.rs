@@ -41,7 +41,7 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
     table
 }
 
-/// Returns the column names of the figures of a motion, in the order of [`figures`]. The arms have joints of these kinds.
+/// Returns the column names of the metrics of a motion, in the order of [`figures`]. The arms have joints of these kinds.
 fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
     {
@@ -65,12 +65,12 @@ fn heads(joints: &[JointKind]) -> [&'static str; 9] {
 /// The column of the time at which the goal's tolerances were met.
 pub(super) const AT_GOAL: &str = "at\ngoal\ns";
 
-/// Creates a table of motions. The arms have joints of these kinds. The columns of the figures are between `before` and `after`.
+/// Creates a table of motions. The arms have joints of these kinds. The columns of the metrics are between `before` and `after`.
 pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> Table {
     table([before, &heads(joints), after].concat())
 }
 
-/// Returns the figures of a motion as cells.
+/// Returns the metrics of a motion as cells.
 pub(super) fn figures(figures: &Figures) -> [String; 9] {
     let known =
         |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };

@@ -43,7 +43,7 @@ pub(in crate::cli) struct View {
 }
 
 impl View {
-    /// Returns the page at this address, or at the default one.
+    /// Returns the page at this address; `None` stands for the default address.
     pub(super) fn at(listen: Option<String>) -> Self {
         let (listen, arm) = (listen.unwrap_or(LISTEN.to_owned()), ArmChoice::default());
         Self { bags: Vec::new(), dual: false, listen, watch_only: false, arm }
@@ -95,8 +95,8 @@ impl View {
         }))
     }
 
-    /// Opens the page at `listen`, or else at the default address; if that port is taken, at another port. The page joins the graph once a browser connects,
-    /// and uses no resources until then.
+    /// Opens the page at `listen`. If `listen` is `None`, opens the page at the default address, or at any free port if that fails. The
+    /// page joins the graph once a browser connects, and uses no resources until then.
     pub(super) async fn offer(
         listen: Option<String>,
         environment: &Environment,

@@ -18,7 +18,7 @@ const NAME: &str = "goal";
 /// The size of the handles \[m\].
 const SIZE: f32 = 0.3;
 
-/// The marker is not moved if it is nearer than this to its target \[m, rad\].
+/// The server does not move the marker while the marker is nearer than this to its target \[m, rad\].
 const NEAR: f64 = 0.001;
 const NEAR_ANGLE: f64 = 0.01;
 

@@ -58,7 +58,7 @@ impl Matches {
         }
     }
 
-    /// Returns a description of `participant`, if it was connected with our nodes.
+    /// Returns a description of `participant`; `None` if the participant was not connected with our nodes.
     fn peer(&self, participant: Prefix) -> Option<Peer> {
         let state = self.lock();
         let (mut known, mut heard_on) = (None, BTreeSet::new());

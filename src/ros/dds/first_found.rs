@@ -1,4 +1,4 @@
-//! Records for how long publishers have been known.
+//! Records when each publisher was first discovered.
 //!
 //! RustDDS 0.15.1 lists endpoints without times. Delete this module when RustDDS has these times.
 
@@ -6,7 +6,7 @@ use rustdds::GUID;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-/// A publisher that is discovered within this time after the start of the process may have existed before the process.
+/// During this time after its start, this process cannot know whether a publisher that it discovers is older than the process.
 const START: Duration = Duration::from_secs(5);
 
 /// The number of publishers that are remembered, including publishers that were lost. A lost publisher that comes back keeps its
@@ -29,13 +29,13 @@ impl FirstFound {
     /// Notes that `writer` exists.
     pub fn find(&mut self, writer: GUID) {
         if self.found.len() >= MOST && !self.found.contains_key(&writer) {
-            // The forgotten writers then count as writers that may have existed before this process, which is the safe answer.
+            // The forgotten writers then count as writers that may be older than this process, which is the safe answer.
             self.found.clear();
         }
         self.found.entry(writer).or_insert_with(Instant::now);
     }
 
-    /// Returns for how long `writer` has been known; `None` if the writer may have existed before this process.
+    /// Returns the time since `writer` was first discovered; `None` if the writer may be older than this process.
     pub fn elapsed(&self, writer: GUID) -> Option<Duration> {
         let found = self.found.get(&writer)?;
         (found.duration_since(self.began) > START).then(|| found.elapsed())

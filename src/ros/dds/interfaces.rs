@@ -1,8 +1,8 @@
 //! Chooses the network interfaces of a participant.
 //!
-//! RustDDS 0.15.1 sends each multicast packet on every interface, and acknowledges to every address of a peer. So on a host with
-//! many interfaces, as container networks make them, packets grow with their number. Delete the default choice when RustDDS sends
-//! each packet once.
+//! RustDDS 0.15.1 sends each multicast packet on every interface, and acknowledges to every address of a peer. So the
+//! number of packets grows with the number of interfaces, and a host with container networks has many interfaces. Delete the default
+//! choice when RustDDS sends each packet once.
 
 use super::announcement::GROUP;
 use if_addrs::get_if_addrs;
@@ -24,9 +24,9 @@ const LISTED: usize = 6;
 /// The addresses that a participant uses.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Choice {
-    /// The addresses, with those of loopback; `None` for all addresses.
+    /// The addresses, including that of loopback; `None` if the participant uses all addresses of this host.
     pub addresses: Option<Vec<Ipv4Addr>>,
-    /// A message about interfaces that are left out, or not found.
+    /// A warning about interfaces that are left out or not found; `None` if there are no such interfaces.
     pub warning: Option<String>,
 }
 
@@ -38,8 +38,9 @@ struct Address {
 }
 
 impl Choice {
-    /// Chooses among the present addresses of this host. `named` are names or addresses of interfaces. Without them, a host with few
-    /// addresses uses all. A host with many addresses uses those of hardware, and the one from which the host sends multicast.
+    /// Chooses among the present addresses of this host. If `named` is not empty, chooses the interfaces with these names or
+    /// addresses. If `named` is empty and the host has at most [`FEW`] addresses, chooses all addresses. If the host has more,
+    /// chooses the addresses of hardware, and the address from which the host sends multicast.
     pub fn now(named: &[String]) -> Self {
         let all = addresses();
         if !named.is_empty() {
@@ -84,7 +85,7 @@ impl Choice {
     }
 }
 
-/// Returns the addresses, and that of loopback, by which this host's participants meet.
+/// Returns the loopback address, followed by these addresses. Participants on this host find each other on loopback.
 fn with_loopback<'a>(addresses: impl Iterator<Item = &'a Address>) -> Vec<Ipv4Addr> {
     std::iter::once(Ipv4Addr::LOCALHOST).chain(addresses.map(|address| address.ip)).collect()
 }
@@ -107,7 +108,8 @@ fn addresses() -> Vec<Address> {
     ipv4.collect()
 }
 
-/// Returns the address from which this host sends multicast. Connecting a UDP socket sends nothing.
+/// Returns the address from which this host sends multicast; `None` if the host has no route for multicast. Connecting a UDP socket
+/// sends nothing.
 fn route() -> Option<Ipv4Addr> {
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
     socket.connect((GROUP, 1)).ok()?;
@@ -117,10 +119,10 @@ fn route() -> Option<Ipv4Addr> {
     }
 }
 
-/// How many interfaces may be between an interface and its hardware: a VLAN on a bond.
+/// The largest number of steps from an interface down to its hardware. A VLAN on a bond needs two: to the bond, then to the hardware.
 const DEPTH: usize = 2;
 
-/// Returns whether the interface is hardware, or is built on hardware, as a VLAN or a bridge may be.
+/// Returns whether the interface is hardware, or is built on hardware in at most `depth` steps, as a VLAN or a bridge may be.
 fn is_hardware(interface: &str, depth: usize) -> bool {
     let folder = Path::new("/sys/class/net").join(interface);
     let below = || folder.read_dir().into_iter().flatten().flatten();

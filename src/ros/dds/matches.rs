@@ -57,7 +57,7 @@ pub(super) struct State {
     pub pairs: HashSet<Pair>,
     /// The pairs with incompatible QoS. The warning is `None` until it was logged.
     pub incompatible: HashMap<Pair, Option<String>>,
-    /// Our readers that can switch to best effort. The value is a publisher that requires best effort, or `None`.
+    /// Our readers that can switch to best effort, each with a publisher that requires best effort; `None` until there is one.
     pub adapting: HashMap<GUID, Option<GUID>>,
     /// The DDS topic name of each writer in the domain, matched or not.
     pub writers: HashMap<GUID, String>,
@@ -89,7 +89,8 @@ impl Matches {
         self.lock().pairs.iter().any(|pair| pair.remote == remote)
     }
 
-    /// Returns whether no endpoint of the participant of `ours` is matched with an endpoint of another participant.
+    /// Returns whether no endpoint of our participant is matched with an endpoint of another participant. `ours` is any GUID of our
+    /// participant.
     pub fn is_alone(&self, ours: GUID) -> bool {
         self.lock().pairs.iter().all(|pair| pair.remote.prefix == ours.prefix)
     }
@@ -101,12 +102,12 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
     }
 
-    /// Returns for how long `writer` has been known; `None` if the writer may have existed before this process.
+    /// Returns the time since `writer` was first discovered; `None` if the writer may be older than this process.
     pub fn known_for(&self, writer: GUID) -> Option<Duration> {
         self.lock().first_found.elapsed(writer)
     }
 
-    /// Returns the number of writers of the DDS topic in participants other than that of `ours`.
+    /// Returns the number of writers of the DDS topic in other participants. `ours` is any GUID of our participant.
     pub fn remote_writers(&self, dds_topic: &str, ours: GUID) -> usize {
         let state = self.lock();
         state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
@@ -139,7 +140,7 @@ impl Matches {
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
     }
 
-    /// Returns the warning about a publisher from which our reader cannot receive, if there is one.
+    /// Returns the warning about a publisher from which our reader cannot receive; `None` if there is no such publisher.
     pub fn unheard(&self, ours: GUID) -> Option<String> {
         let state = self.lock();
         let mut of_ours = state.incompatible.iter().filter(|(pair, _)| pair.ours == ours);

@@ -16,7 +16,8 @@ const INTERVAL: Duration = Duration::from_secs(1);
 pub(crate) struct UsedAddresses(BTreeSet<Ipv4Addr>);
 
 impl UsedAddresses {
-    /// Returns the present addresses of this host. Create the participant afterwards.
+    /// Returns the present addresses of this host. Call this function before creating the participant: an address that appears
+    /// between the two calls then counts as new.
     pub fn now() -> Self {
         Self(addresses().unwrap_or_default())
     }

@@ -6,7 +6,7 @@ use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 pub(crate) struct OwnDatagrams(UdpSocket);
 
 impl OwnDatagrams {
-    /// Opens the socket of a participant. `on_loopback`: the participant is restricted to loopback.
+    /// Opens the socket of a participant. `on_loopback` is true if the participant is restricted to loopback.
     ///
     /// # Errors
     /// The operating system's error if no UDP socket can be opened.

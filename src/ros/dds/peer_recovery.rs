@@ -61,8 +61,8 @@ pub(crate) struct Lost {
 }
 
 impl Lost {
-    /// Creates an empty list for this domain. `on_loopback`: the participant is restricted to loopback. `is_secured`: the graph is
-    /// secured. `has_static_peers`: the participant has peers whose announcements may be unicast.
+    /// Creates an empty list for this domain. `on_loopback` is true if the participant is restricted to loopback, and `is_secured` if
+    /// the graph is secured. `has_static_peers` is true if the participant has peers whose announcements may be unicast.
     pub fn new(domain: u16, on_loopback: bool, is_secured: bool, has_static_peers: bool) -> Self {
         Self { domain, on_loopback, is_secured, has_static_peers, participants: HashMap::new(), socket: None }
     }
@@ -88,7 +88,8 @@ impl Lost {
         self.participants.insert(participant, peer);
     }
 
-    /// Removes `participant`, which is present again, from the lost participants. Returns its description if it was among them.
+    /// Removes `participant`, which is present again, from the lost participants. Returns the participant's description; `None` if the
+    /// participant was not lost.
     pub fn remove(&mut self, participant: Prefix) -> Option<Peer> {
         let peer = self.participants.remove(&participant);
         if self.participants.is_empty() {
@@ -115,9 +116,9 @@ impl Lost {
         }
     }
 
-    /// Ends the process, because RustDDS no longer receives from the peer that is back. Only logs a warning if this process
-    /// received nothing from the peer earlier, or in a secured graph: its announcements are not authenticated, so anyone could end
-    /// the process.
+    /// Ends the process, because RustDDS no longer receives from the peer that is back. In two cases only logs a warning. In the first
+    /// case, this process received nothing from the peer earlier. In the second case, the graph is secured. The announcements are not
+    /// authenticated there, so anyone could end the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

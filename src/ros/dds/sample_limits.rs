@@ -4,7 +4,7 @@
 //! the history depth (`writer_send_buffer.rs`). For a transient-local topic, RustDDS always stores `max_samples` samples. Delete
 //! this module when a writer respects its history depth and drops readers that do not acknowledge.
 //!
-//! The number of samples of a topic that RustDDS stores for the readers of a participant is the largest `max_samples` of the
+//! RustDDS also stores samples for the readers of a participant. For each topic, their number is the largest `max_samples` of the
 //! participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
 //! their size (`dds_cache.rs`).
 
@@ -18,7 +18,7 @@ const UNACKNOWLEDGED: i32 = 200_000;
 /// later then miss that sample.
 const LATCHED: i32 = 500;
 
-/// Returns the limits of a writer. `is_latched`: the topic is latched.
+/// Returns the limits of a writer. `is_latched` is true if the topic is latched.
 pub(crate) fn of_writer(is_latched: bool) -> ResourceLimits {
     let max_samples = if is_latched { LATCHED } else { UNACKNOWLEDGED };
     ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples }

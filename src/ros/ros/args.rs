@@ -62,7 +62,7 @@ impl FromStr for LogLevel {
 /// A remapping rule: `[node:]from:=to`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remap {
-    /// The only node to which the rule applies; `None`: all nodes.
+    /// The only node to which the rule applies; `None` for all nodes.
     pub node: Option<String>,
     /// The name to replace: that of a topic or a service, `__ns` or `__node`.
     pub from: String,
@@ -84,7 +84,7 @@ pub struct LoggerLevel {
 pub enum Override {
     /// A parameter on the command line: `-p [node:]name:=value`.
     Parameter {
-        /// The only node to which the value applies; `None`: all nodes.
+        /// The only node to which the value applies; `None` for all nodes.
         node: Option<String>,
         /// The name of the parameter.
         name: String,
@@ -95,7 +95,7 @@ pub enum Override {
     File(PathBuf),
     /// A value that the program itself gives. ROS 2 has no such source.
     Value {
-        /// The only node to which the value applies; `None`: all nodes.
+        /// The only node to which the value applies; `None` for all nodes.
         node: Option<&'static str>,
         /// The name of the parameter.
         name: String,

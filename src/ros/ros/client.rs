@@ -109,7 +109,7 @@ impl Connection {
         }
     }
 
-    /// Returns the reply to one of the requests `asked`, if it has arrived. Drops replies to earlier requests and to the requests
+    /// Returns the reply to one of the requests `asked`; `None` if no such reply has arrived. Drops replies to earlier requests and to the requests
     /// of other clients.
     fn reply(&self, asked: &[RmwRequestId]) -> Option<Payload> {
         let mut replies =

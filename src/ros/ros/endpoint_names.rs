@@ -129,7 +129,7 @@ impl<'a> Origin<'a> {
         Self { publisher, sent: info.source_timestamp().map(|time| time.to_nanos()), matches }
     }
 
-    /// Returns for how long the publisher has been known; `None` if the publisher may have existed before this process.
+    /// Returns the time since the publisher was first discovered; `None` if the publisher may be older than this process.
     pub fn known_for(&self) -> Option<Duration> {
         self.matches.known_for(self.publisher.guid())
     }

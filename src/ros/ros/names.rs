@@ -38,7 +38,7 @@ impl NodeName {
     /// Parses a fully qualified name. A name without a slash is in `/`.
     ///
     /// # Errors
-    /// [`NameError`] if it is invalid.
+    /// [`NameError`] if the name is invalid.
     pub fn parse(text: &str) -> Result<Self, NameError> {
         let (namespace, name) = text.rsplit_once('/').unwrap_or(("/", text));
         Self::new(namespace, name)

@@ -59,7 +59,7 @@ impl<'a> ParameterClient<'a> {
         Ok(all)
     }
 
-    /// Returns the value of a parameter; `None` if it is not declared.
+    /// Returns the value of a parameter; `None` if the node has not declared the parameter.
     ///
     /// # Errors
     /// [`RosError::Service`].
@@ -128,7 +128,7 @@ impl<'a> ParameterClient<'a> {
         Ok(if result.successful { Ok(()) } else { Err(result.reason) })
     }
 
-    /// Returns the description of a parameter; `None` if it is not declared.
+    /// Returns the description of a parameter; `None` if the node has not declared the parameter.
     ///
     /// # Errors
     /// [`RosError::Service`].

@@ -179,7 +179,7 @@ impl Current {
 /// The largest number of parameters that one request can set.
 const MOST_AT_ONCE: usize = 2000;
 
-/// The number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer than the
+/// The largest number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer than the
 /// rest of the request.
 const SUGGESTIONS: usize = 16;
 
@@ -266,7 +266,8 @@ mod tests {
         }
     }
 
-    /// On `~/parameters` an event without changes announces a start. A plot begins again at such an event.
+    /// On `~/parameters`, an event without changes means that the node has started. So a request that changes nothing must not
+    /// publish such an event: a plot would begin again.
     #[tokio::test(flavor = "multi_thread")]
     async fn a_request_that_changes_nothing_is_not_announced() {
         if outside("ros::parameter_server::tests::a_request_that_changes_nothing_is_not_announced") {

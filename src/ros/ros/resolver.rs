@@ -54,8 +54,8 @@ impl Resolver {
         self.node.fully_qualified().trim_start_matches('/').replace('/', ".")
     }
 
-    /// Returns the level of the node's logger on the command line. If it has none there, the level of the nearest logger above it
-    /// counts. If a logger has two levels, the later one counts.
+    /// Returns the level that the command line gives the node's logger, or else the nearest logger above it that has a level. If the
+    /// command line gives a logger two levels, the later one counts. `None` if none of these loggers has a level.
     pub(super) fn log_level(&self) -> Option<LogLevel> {
         let logger = self.logger();
         let has_it = |above: &str| {
@@ -68,7 +68,7 @@ impl Resolver {
     /// Returns the fully qualified name of a topic.
     ///
     /// # Errors
-    /// [`NameError`] if it is invalid.
+    /// [`NameError`] if the name is invalid.
     pub fn topic(&self, name: &str) -> Result<String, NameError> {
         self.resolve(name, Kind::Topic)
     }
@@ -76,7 +76,7 @@ impl Resolver {
     /// Returns the fully qualified name of a service.
     ///
     /// # Errors
-    /// [`NameError`] if it is invalid.
+    /// [`NameError`] if the name is invalid.
     pub fn service(&self, name: &str) -> Result<String, NameError> {
         self.resolve(name, Kind::Service)
     }

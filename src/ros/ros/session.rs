@@ -44,8 +44,8 @@ impl Session {
     /// Joins the domain.
     ///
     /// # Errors
-    /// [`RosError::NoNetwork`], [`RosError::NoFreePort`], [`RosError::Create`]; [`RosError::Security`] if the enclave's files are not valid.
-    /// A process never runs unsecured if security is requested.
+    /// [`RosError::NoNetwork`], [`RosError::NoFreePort`], [`RosError::Create`]; [`RosError::Security`] if the enclave's files are not
+    /// valid. A process never runs unsecured if security is requested.
     pub fn open(environment: &Environment) -> Result<Self, RosError> {
         environment.check_network()?;
         let (domain_id, on_loopback) = (environment.domain_id, environment.is_on_loopback());
@@ -164,8 +164,8 @@ fn secured_participant(
     Err(RosError::create(what)(&"built without security"))
 }
 
-/// Chooses the network interfaces. Static peers may be reached by any interface, so with peers, no interface is left out unless
-/// interfaces are named.
+/// Chooses the network interfaces. If the environment names static peers but no interfaces, chooses all interfaces, because any of
+/// them may lead to a static peer.
 fn interfaces(environment: &Environment) -> Choice {
     let Environment { interfaces, static_peers, .. } = environment;
     match environment.is_on_loopback() {

@@ -254,7 +254,7 @@ impl<M: Message> Subscription<M> {
         self.now().subscription().guid()
     }
 
-    /// Returns the reason why a publisher of the topic cannot be received, if there is such a publisher.
+    /// Returns the reason why this subscription cannot receive from a publisher of the topic; `None` if there is no such publisher.
     pub fn unheard(&self) -> Option<String> {
         self.matches.unheard(self.guid())
     }

@@ -17,7 +17,8 @@ const SERVER: &str =
 const FILE: &str =
     "its peers, interfaces and security do not hold for this program, so name peers in ROS_STATIC_PEERS";
 
-/// Returns one warning about all variables that are set but not obeyed. `get` returns the value of a variable unless it is empty.
+/// Returns one warning about all variables that are set but not obeyed. `get` returns the value of a variable; `None` if it is
+/// unset or empty.
 pub(super) fn warning(get: impl Fn(&str) -> Option<String>) -> Option<String> {
     let middleware = get("RMW_IMPLEMENTATION").filter(|name| !DDS.iter().any(|dds| name.contains(dds)));
     let middleware = middleware.map(|name| {

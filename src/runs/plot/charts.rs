@@ -232,7 +232,7 @@ fn unwound(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     broken.collect()
 }
 
-/// Returns the curve of the commands of this kind to a joint, if there are any.
+/// Returns the curve of the commands of this kind to a joint; `None` if the run has no such commands.
 fn commanded(
     drawn: &StyledRun,
     kind: impl Fn(&ArmCommands) -> &Thinned<(f64, Vec<f64>)>,

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 /// The distance between the points of a line \[m\].
 const STEP: f64 = 5e-3;
-/// The largest distance from the bounding box of the paths at which a keep-out is drawn \[m\].
+/// A keep-out is drawn up to this distance from the bounding box of the paths \[m\].
 const MARGIN: f64 = 0.25;
 /// The number of points of a circle.
 const ROUND: u32 = 48;

@@ -84,7 +84,7 @@ class Chain:
 
     @staticmethod
     def builtin(name: str) -> Chain:
-        """Returns one of `arms()`."""
+        """Returns the chain of the built-in arm `name`, one of `arms()`."""
 
     @staticmethod
     def from_dh(table: ArrayLike, convention: Literal["modified_dh", "standard_dh"] = "modified_dh") -> Chain:
@@ -102,7 +102,7 @@ class Chain:
         """Returns the tool pose in the base frame (eq. 14)."""
 
     def link_poses(self, theta: ArrayLike) -> list[Pose]:
-        """Returns the pose of each link: of the frame that moves with a joint and has its z axis along the joint's axis."""
+        """Returns the pose of each link's frame. The frame moves with the link's joint, and its z axis is the axis of the joint."""
 
     def jacobian(self, theta: ArrayLike) -> Array:
         """Returns the 6×n Jacobian of the twist (angular, linear) of the tool point, along the base's axes."""
@@ -214,7 +214,7 @@ class Servo:
         """Decelerates and drops the goal, like `~/stop`."""
 
     def pause(self, paused: bool) -> None:
-        """Pauses or goes on, like `~/pause`."""
+        """Pauses if `paused` is true, otherwise resumes, like `~/pause`."""
 
     def reconfigure(self) -> None:
         """Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`."""
@@ -240,11 +240,11 @@ class Servo:
 
     @property
     def command(self) -> Array:
-        """The last commanded joint velocities, whatever the interface."""
+        """The last commanded joint velocities, even if the servo sends positions."""
 
     @property
     def status(self) -> dict[str, Any]:
-        """The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the figures of the motion."""
+        """The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the metrics of the motion."""
 
 class Run:
     """The run of one servo in a bag. Times are counted from its first motion [s]."""
@@ -283,7 +283,7 @@ class Run:
 
     @property
     def motions(self) -> list[dict[str, Any]]:
-        """The motions to goals with all figures, as in the table of `dq_servo plot`."""
+        """The motions to goals. Each has all metrics of the table of `dq_servo plot`."""
 
 def arms() -> list[str]:
     """Returns the names of the built-in arms."""
@@ -295,15 +295,18 @@ def recorded(path: str | PathLike[str], arm: str = "puma560") -> list[Run]:
     """Returns the runs of a bag. Runs without recorded parameters get the parameters of the built-in `arm`."""
 
 def replay(path: str | PathLike[str]) -> list[dict[str, Any]]:
-    """Replays the runs of a bag through the servo. Returns for each servo the number of commands, and the number of commands that differ
-    from the recorded ones in any bit."""
+    """Replays the runs of a bag through the servo. Returns for each servo how many commands were compared, and how many of these commands
+    differ from the recorded ones in any bit."""
 
 def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None = None) -> list[Array]:
-    """Returns the first `count` tasks of the comparison for one of `arms()` or a parameter file: N×n joint positions at the start, and
-    N×8 goals."""
+    """Returns the first `count` tasks of the comparison: the N×n joint positions at their starts, and their N×8 goals as dual quaternions.
+
+    `arm` is one of `arms()`, or a parameter file.
+    """
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
-    """Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
+    """Returns the gain at which the law settles as fast as logc at 2 1/s on this arm: their median settling times are equal, over tasks
+    that no comparison uses.
 
     Raises a ValueError if the law settles in less than half of the tasks at every gain."""
 
@@ -317,7 +320,7 @@ def compare(
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
     parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each figure, with NaN for missing values.
+    """Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each metric, with NaN for missing values.
 
     `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
     """
