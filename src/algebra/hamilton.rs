@@ -3,7 +3,8 @@
 use super::{DualQuaternion, Matrix8};
 use nalgebra::{Matrix4, Quaternion};
 
-/// Returns `H⁺(a)`, 4×4: `ab = H⁺(a) b` on `(w, x, y, z)` (eq. 9, the paper's `Hp`).
+/// Returns the 4×4 matrix `H⁺(a)`. For every quaternion b, written as a vector `(w, x, y, z)`, `H⁺(a) b` is the product `ab` (eq.
+/// 9, the paper's `Hp`).
 #[doc(alias = "Hp")]
 #[rustfmt::skip]
 pub fn hamilton_plus(a: &Quaternion<f64>) -> Matrix4<f64> {
@@ -15,7 +16,8 @@ pub fn hamilton_plus(a: &Quaternion<f64>) -> Matrix4<f64> {
     )
 }
 
-/// Returns `H⁻(b)`, 4×4: `ab = H⁻(b) a` on `(w, x, y, z)` (eq. 10, the paper's `Hn`).
+/// Returns the 4×4 matrix `H⁻(b)`. For every quaternion a, written as a vector `(w, x, y, z)`, `H⁻(b) a` is the product `ab` (eq.
+/// 10, the paper's `Hn`).
 #[doc(alias = "Hn")]
 #[rustfmt::skip]
 pub fn hamilton_minus(b: &Quaternion<f64>) -> Matrix4<f64> {
@@ -27,19 +29,21 @@ pub fn hamilton_minus(b: &Quaternion<f64>) -> Matrix4<f64> {
     )
 }
 
-/// Returns `H⁺` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHp`).
+/// Returns the 8×8 matrix `H⁺(a)`. For every dual quaternion b, written as a [`super::Vector8`], `H⁺(a) b` is the product `ab` (the
+/// paper's `dHp`).
 #[doc(alias = "dHp")]
 pub fn dual_hamilton_plus(a: &DualQuaternion) -> Matrix8 {
     blocks(hamilton_plus(&a.real), hamilton_plus(&a.dual))
 }
 
-/// Returns `H⁻` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHn`).
+/// Returns the 8×8 matrix `H⁻(b)`. For every dual quaternion a, written as a [`super::Vector8`], `H⁻(b) a` is the product `ab` (the
+/// paper's `dHn`).
 #[doc(alias = "dHn")]
 pub fn dual_hamilton_minus(b: &DualQuaternion) -> Matrix8 {
     blocks(hamilton_minus(&b.real), hamilton_minus(&b.dual))
 }
 
-/// Returns `[real 0; dual real]`. This form follows from `ε² = 0`.
+/// Returns the 8×8 matrix `[real 0; dual real]`. The upper right block is 0 because `ε² = 0`.
 fn blocks(real: Matrix4<f64>, dual: Matrix4<f64>) -> Matrix8 {
     let mut matrix = Matrix8::zeros();
     matrix.fixed_view_mut::<4, 4>(0, 0).copy_from(&real);

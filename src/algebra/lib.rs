@@ -77,7 +77,7 @@ pub type Matrix8 = nalgebra::SMatrix<f64, 8, 8>;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum DqError {
-    /// The real part is zero, so that it has no direction.
+    /// The real part is zero, so it cannot be scaled to norm 1.
     #[error("a dual quaternion whose real part is 0 is not a pose: expected a norm above 0")]
     ZeroRealPart,
     /// A number is infinite or NaN.

@@ -18,8 +18,8 @@ impl UnitDualQuaternion {
         stack(0.5 * rotation_vector(&self.real()), 0.5 * self.translation())
     }
 
-    /// Returns the pose of eq. 13 (the paper's `explogdq`). This is the inverse of [`half_log`](Self::half_log). The paper refers
-    /// to eq. 31 for this function. But the product of eq. 31 also rotates the translation, which gives another pose.
+    /// Returns the pose with this [`half_log`](Self::half_log) (eq. 13, the paper's `explogdq`). The paper refers to eq. 31 for
+    /// this function. But the product in eq. 31 also rotates the translation, so it gives another pose.
     #[doc(alias = "explogdq")]
     pub fn half_exp(half_log: &Vector6<f64>) -> Self {
         let (half_rotation, half_translation) = split(half_log);
@@ -73,7 +73,7 @@ impl UnitDualQuaternion {
     }
 }
 
-/// Returns [`UnitDualQuaternion::screw_log`] of a rotation and a translation, as `(ω, v)`.
+/// Returns the [`screw_log`](UnitDualQuaternion::screw_log) `(ω, v)` of the pose with this rotation and this translation.
 #[inline(always)]
 pub fn screw_log(rotation: &Quaternion<f64>, translation: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let (by_sine, alpha, beta) = if rotation.w >= 0.0 {
@@ -87,7 +87,7 @@ pub fn screw_log(rotation: &Quaternion<f64>, translation: &Vector3<f64>) -> (Vec
     (omega, linear)
 }
 
-/// Returns `½θ / sin ½θ`, α and β of an angle θ in (π, 2π].
+/// Returns `½θ / sin ½θ` and the [coefficients](log_coefficients) α and β for `rotation`, whose angle θ is in (π, 2π].
 #[cold]
 fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
     let sine = rotation.imag().norm();
@@ -96,7 +96,8 @@ fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
     (0.5 * angle_by_sine, alpha, beta)
 }
 
-/// Returns `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`. Near θ = 0 the cotangent is not used.
+/// Returns `α = ½θ cot ½θ` and `β = (1−α)/θ²` for the `angle` θ \[rad\] and the `half_cotangent` `cot ½θ`. Near θ = 0, the function
+/// uses a series, and ignores the cotangent.
 pub fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
     let square = angle * angle;
     if angle < SERIES_ANGLE {

@@ -2,7 +2,8 @@
 
 use wide::f64x2;
 
-/// Returns `½θ / sin ½θ` and `β = (1 − ½θ cot ½θ)/θ²` of an angle θ in `[0, π]` with this `cos ½θ`, accurate to rounding.
+/// Returns `½θ / sin ½θ` and `β = (1 − ½θ cot ½θ)/θ²`, accurate to rounding, for the angle θ in `[0, π]` with the given
+/// `half_cosine` (`cos ½θ`).
 ///
 /// This is fast because both factors are polynomials in `1 − cos ½θ`, which are evaluated in parallel, in four independent sums.
 /// The formulas would need a root, an arc tangent and three quotients, one after the other. Near θ = 0 no series is needed,

@@ -24,7 +24,7 @@ impl Plane {
         self.0.dual.w
     }
 
-    /// Returns the plane moved by `base_from_plane`: `q̄ π q*`, with `q̄ = r − ε d`.
+    /// Converts the plane π to the base frame: `q̄ π q*` with `q` = `base_from_plane`. `q̄` is `q` with the dual part negated.
     pub fn moved(&self, base_from_plane: &UnitDualQuaternion) -> Self {
         let q = *base_from_plane.as_dual_quaternion();
         let other = DualQuaternion { dual: -q.dual, ..q };
@@ -58,7 +58,7 @@ impl Line {
         self.0.dual.imag()
     }
 
-    /// Returns the line moved by `base_from_line`: `q l q*`.
+    /// Converts the line λ to the base frame: `q λ q*` with `q` = `base_from_line`.
     pub fn moved(&self, base_from_line: &UnitDualQuaternion) -> Self {
         let q = *base_from_line.as_dual_quaternion();
         Self(q * self.0 * q.conjugate())

@@ -3,7 +3,8 @@
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// The tolerance of tf2: a quaternion is invalid if its squared norm differs from 1 by more than this. Three decimals are enough.
+/// The tolerance of tf2: a quaternion is invalid if its squared norm differs from 1 by more than this. A quaternion whose numbers
+/// have three decimals is valid.
 const UNIT_TOLERANCE: f64 = 10e-3;
 
 /// The error for a quaternion that is not an orientation.
@@ -14,8 +15,8 @@ pub struct NotUnit {
     pub norm: f64,
 }
 
-/// Returns the rotation of a quaternion (x, y, z, w) as users type it and messages carry it. The result is normalized, and keeps
-/// the sign of the quaternion.
+/// Converts a quaternion (x, y, z, w), from a user or a message, to a rotation. The result is normalized, and keeps the sign of the
+/// quaternion.
 ///
 /// ```
 /// use dq_algebra::unit_rotation;
@@ -60,28 +61,30 @@ pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
     (angle, Unit::try_new(vector, 0.0).unwrap_or(Vector3::z_axis()))
 }
 
-/// Returns `θ l` \[rad\] of a quaternion with the scalar part `cos ½θ` and the vector part `l sin ½θ`, for θ in `[0, 2π)`.
+/// Returns the rotation vector `θ l` \[rad\] of a unit quaternion with the scalar part `cos ½θ` and the vector part `l sin ½θ`. The
+/// angle θ is in `[0, 2π)`, and l is a unit vector.
 ///
-/// `atan2` keeps full relative precision at every angle. The quotient tends to 2 as the vector part vanishes. At exactly 2π the
-/// axis is undefined, and the vector is zero.
+/// `atan2` keeps full relative precision at every angle. The factor `θ / sin ½θ` tends to 2 as the vector part vanishes. At exactly
+/// 2π the axis is undefined, and the result is zero.
 #[inline(always)]
 pub fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
     rotation.imag() * angle_by_sine(rotation.imag().norm(), rotation.w)
 }
 
-/// Returns `θ / sin ½θ` of an angle θ in `[0, 2π)` with this `sin ½θ` and `cos ½θ`.
+/// Returns `θ / sin ½θ` for the angle θ in `[0, 2π)` with the given `half_sine` (`sin ½θ`) and `half_cosine` (`cos ½θ`).
 #[inline(always)]
 pub(super) fn angle_by_sine(half_sine: f64, half_cosine: f64) -> f64 {
     if half_sine > 0.0 { 2.0 * half_sine.atan2(half_cosine) / half_sine } else { 2.0 }
 }
 
-/// Returns `(cos ½θ, ω sin(½θ)/θ)`. This is the inverse of [`rotation_vector`].
+/// Returns the unit quaternion `(cos ½θ, ω sin(½θ)/θ)` for the rotation vector ω \[rad\] of length θ. This is the inverse of
+/// [`rotation_vector`].
 pub(super) fn from_rotation_vector(rotation_vector: &Vector3<f64>) -> Quaternion<f64> {
     let half_angle = 0.5 * rotation_vector.norm();
     Quaternion::from_parts(half_angle.cos(), rotation_vector * (0.5 * sinc(half_angle)))
 }
 
-/// Returns `sin(x)/x`; 1 at 0.
+/// Returns `sin(x)/x`, or 1 if x is 0.
 pub(super) fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { x.sin() / x }
 }

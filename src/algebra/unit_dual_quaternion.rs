@@ -90,7 +90,7 @@ impl UnitDualQuaternion {
         Self { inner }
     }
 
-    /// Returns the pose as a dual quaternion of any norm.
+    /// Returns the pose as a [`DualQuaternion`], the type for any norm.
     pub fn as_dual_quaternion(&self) -> &DualQuaternion {
         &self.inner
     }
@@ -120,7 +120,8 @@ impl UnitDualQuaternion {
         self.inner.to_vector8()
     }
 
-    /// Returns the distance \[m\] and the angle \[rad\] between this pose and `other`. q and −q are the same pose.
+    /// Returns the distance \[m\] and the angle \[rad\] between this pose and `other`. The signs of the two quaternions do not
+    /// matter.
     pub fn distances(&self, other: &Self) -> [f64; 2] {
         let way: Vector3<f64> = self.translation() - other.translation();
         [way.norm(), self.rotation().angle_to(&other.rotation())]
@@ -139,7 +140,8 @@ impl UnitDualQuaternion {
         self.rotation() * point + self.translation()
     }
 
-    /// Returns the frame that `frameplotter` draws: the rotation, whose columns are the axes, and the origin \[m\].
+    /// Returns the pose as a frame: the rotation, with the axes of the frame as the columns of its matrix, and the origin \[m\].
+    /// The paper's `frameplotter` draws this frame.
     #[doc(alias = "frameplotter")]
     pub fn frame(&self) -> Isometry3<f64> {
         Isometry3::from_parts(self.translation().into(), self.rotation())
@@ -155,8 +157,9 @@ impl UnitDualQuaternion {
         adjoint
     }
 
-    /// Makes one Newton step back to norm 1, and makes the dual part orthogonal to the real part. The remaining error is of second
-    /// order, so rounding does not accumulate over a chain of products.
+    /// Removes rounding errors: scales the real part to norm 1 by one Newton step, and makes the dual part orthogonal to the real
+    /// part. The remaining error is of the order of the square of the initial error, so errors do not accumulate over a chain of
+    /// products.
     fn renormalize(q: DualQuaternion) -> Self {
         let scale = 0.5 * (3.0 - q.real.norm_squared());
         let (real, dual) = (q.real * scale, q.dual * scale);
@@ -164,7 +167,8 @@ impl UnitDualQuaternion {
     }
 }
 
-/// Converts a frame to a pose, with the sign of its rotation. [`frame`](UnitDualQuaternion::frame) is the inverse.
+/// Converts a frame to a pose. The real part is the frame's rotation, sign included. [`frame`](UnitDualQuaternion::frame) is the
+/// inverse.
 impl From<Isometry3<f64>> for UnitDualQuaternion {
     fn from(frame: Isometry3<f64>) -> Self {
         Self::from_parts(frame.rotation, frame.translation.vector)
@@ -193,7 +197,7 @@ impl From<UnitDualQuaternion> for [f64; 8] {
     }
 }
 
-/// Creates a pure rotation. [`rotation`](UnitDualQuaternion::rotation) is the inverse.
+/// Creates a pose with this rotation and no translation. [`rotation`](UnitDualQuaternion::rotation) is the inverse.
 impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
     fn from(rotation: UnitQuaternion<f64>) -> Self {
         Self::from_parts(rotation, Vector3::zeros())
@@ -220,7 +224,7 @@ impl Display for UnitDualQuaternion {
     }
 }
 
-/// Returns the same pose with the other sign.
+/// Returns `-q`, which represents the same pose as `q`.
 impl Neg for UnitDualQuaternion {
     type Output = Self;
     fn neg(self) -> Self {

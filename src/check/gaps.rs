@@ -5,27 +5,29 @@ use dq_limits::Violation;
 use dq_space::space::{Placed, Scene};
 use std::sync::Arc;
 
-/// The distance by which a gap that is already closed may close further \[m\]. The change of a gap from cycle to cycle can only be
-/// predicted approximately.
+/// How much deeper two parts that overlap already may move into each other \[m\]. The servo keeps their overlap from growing, but
+/// it predicts the distance of the next cycle only approximately.
 const CLOSED_TOLERANCE: f64 = 1e-3;
 
-/// Tracks the gaps of an arm, and finds collisions.
+/// Checks the distances between an arm and its scene, and finds collisions. A gap is the signed distance between two parts of the
+/// scene, such as a link and a keep-out. It is negative if they overlap.
 #[derive(Clone, Debug)]
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// For each pair of parts, the smallest overlap so far \[m\]; 0 for parts that have been apart.
+    /// For each pair of parts, the largest gap so far \[m\], at most 0. It is negative if the pair has always overlapped. `None`
+    /// before the first check.
     closed: Option<Vec<f64>>,
 }
 
 impl Gaps {
-    /// Creates the check. The positions of the arm are not known yet.
+    /// Creates the check for an arm whose positions are not known yet.
     pub fn new(scene: Arc<Scene>) -> Self {
         Self { placed: Placed::of(&scene), closed: None, scene }
     }
 
-    /// Checks the arms `chains`. Their joints are at `theta` \[rad, prismatic: m\], arm after arm. No pair of parts may overlap,
-    /// unless the pair has overlapped from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
+    /// Checks the arms `chains` with their joints at `theta` \[rad, prismatic: m\], arm after arm. A pair of parts may overlap only
+    /// if it has overlapped since the first check. Returns the smallest gap \[m\], or infinity if there are no pairs.
     ///
     /// # Errors
     /// The first [`Violation`] found.

@@ -6,22 +6,22 @@ use dq_limits::Interface;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// How long the guard sends the command of a stop. A single command is enough if it arrives. Afterwards, the guard must not
-/// disturb the next sender of commands.
+/// How long the guard sends its stop command. A single message is enough if it arrives. Afterwards, the guard must not disturb the
+/// next sender of commands.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// A servo may be silent for this many of its control periods, even if the guard's timeout is shorter.
+/// A servo may be silent for this many of its control periods, even if that is longer than the guard's timeout.
 pub const PERIODS: u32 = 3;
 
 /// The longest period of a servo.
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
-/// If joint states, or two steps of the guard, are farther apart than this fraction of the timeout, the guard may have missed
-/// commands.
+/// The guard may have missed commands if the time between two joint states, or between two of its own steps, exceeds this fraction
+/// of the timeout.
 const LONGEST_GAP: f64 = 0.5;
 
 named! {
-    /// Whether an arm has a guard, as seen by its servo.
+    /// Whether an arm has a guard, as far as its servo knows.
     "guard" GuardState {
         /// The servo has never seen a guard.
         None = "none",
@@ -34,36 +34,37 @@ named! {
 
 /// The guard of one arm. It reads no clock: time is an argument.
 ///
-/// Commands count as ended only if joint states prove that they would have arrived. A guard that has received joint states without
-/// a gap for the whole timeout would also have received commands.
+/// The guard concludes that the commands have ended only if it would have received them. That is the case if it has received joint
+/// states without a gap for the whole timeout.
 #[derive(Clone, Debug)]
 pub struct Guard {
     interface: Interface,
     timeout: Duration,
-    /// The last command; `None` until there is one.
+    /// The last command; `None` before the first command.
     last: Option<Vec<f64>>,
-    /// The two intervals before the last command. The commands of a slow servo may be farther apart than the timeout.
+    /// The last two intervals between commands; 0 for an interval above [`LONGEST_PERIOD`]. The commands of a slow servo may be
+    /// farther apart than the timeout.
     intervals: [Duration; 2],
     /// When the last command arrived.
     heard: Option<Duration>,
-    /// Whether the last command moves the arm, and nothing has stopped it since.
+    /// Whether the last command moves the arm, and the guard has not finished a stop since.
     moves: bool,
     /// The last measured positions \[rad, prismatic: m\].
     measured: Vec<f64>,
     /// When the last measured positions arrived.
     measured_at: Option<Duration>,
-    /// Since when the guard has received joint states without a gap, but no command.
+    /// The time since which the guard has received no command, but joint states without a gap.
     silent_since: Duration,
     /// The time of the guard's last step.
     looked: Duration,
-    /// Since when the guard has been stopping the arm, and the command that stops it.
+    /// The time since which the guard has been stopping the arm, and the stop command; `None` if the guard is not stopping the arm.
     stopping: Option<(Duration, Vec<f64>)>,
     stops: u64,
 }
 
 impl Guard {
-    /// Creates the guard of an arm with `joint_count` joints that takes commands of the kind `interface`. Commands count as ended
-    /// if none arrives for `timeout`.
+    /// Creates the guard of an arm with `joint_count` joints that takes commands of the kind `interface`. The guard stops a moving
+    /// arm that gets no command for `timeout`.
     pub fn new(interface: Interface, joint_count: usize, timeout: Duration) -> Self {
         Self {
             interface,
@@ -81,14 +82,14 @@ impl Guard {
         }
     }
 
-    /// Sets the time without a command after which commands count as ended.
+    /// Sets the time without a command after which the guard stops a moving arm.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// Takes a command at `now` of any sender except a guard: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic:
-    /// m\]. From then on, the sender is responsible for the arm. Ignores commands of another length, which are for another arm, and
-    /// commands that are not finite.
+    /// Takes a command that any sender except a guard sent to the arm: velocities [rad/s, prismatic: m/s] or positions \[rad,
+    /// prismatic: m\]. It arrived at `now`. From then on, its sender is responsible for the arm. Ignores a command with another
+    /// number of joints, because it is for another arm, and a command that is not finite.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
         if !self.is_of_arm(command) {
             return;
@@ -104,13 +105,13 @@ impl Guard {
         (self.silent_since, self.stopping) = (now, None);
     }
 
-    /// Returns the time without a command after which commands count as ended.
+    /// Returns the time without a command after which the guard stops a moving arm: the timeout, or longer for a slow servo.
     fn patience(&self) -> Duration {
         self.timeout.max(PERIODS * self.intervals[0].min(self.intervals[1]))
     }
 
-    /// Takes the `positions` measured at `now` \[rad, prismatic: m\], one per joint. Ignores positions of another length, which are
-    /// of another arm, and positions that are not finite.
+    /// Takes the measured joint `positions` \[rad, prismatic: m\], which arrived at `now`. Ignores positions with another number of
+    /// joints, because they are of another arm, and positions that are not finite.
     pub fn measure(&mut self, positions: &[f64], now: Duration) {
         if !self.is_of_arm(positions) {
             return;
@@ -126,7 +127,8 @@ impl Guard {
         numbers.len() == self.measured.len() && numbers.iter().all(|number| number.is_finite())
     }
 
-    /// Returns whether joint states arrive. Without them the guard cannot tell whether commands have ended, and sends nothing.
+    /// Returns whether joint states arrive. Without joint states, the guard cannot know whether commands have ended, and sends
+    /// nothing.
     pub fn hears(&self, now: Duration) -> bool {
         self.measured_at.is_some_and(|at| !self.is_gap(at, now))
     }
@@ -135,8 +137,8 @@ impl Guard {
         to.saturating_sub(from) > self.patience().mul_f64(LONGEST_GAP)
     }
 
-    /// Returns the command to send at `now`, if any: zeros or, if the arm takes positions, the positions that were measured when
-    /// the commands ended.
+    /// Returns the command that the guard must send at `now`; `None` if it must send nothing. The command consists of zeros or, if
+    /// the arm takes positions, of the positions that were measured when the commands ended.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let before = std::mem::replace(&mut self.looked, now);
         if self.is_gap(before, now) {
@@ -156,8 +158,8 @@ impl Guard {
         self.stopping.as_ref().map(|(_, command)| command.as_slice())
     }
 
-    /// Returns the command at which the arm stands. For an arm that takes positions, these are the measured positions, shifted by
-    /// whole turns to be nearest to the last command, because encoders may not count turns.
+    /// Returns the command that stops the arm. For an arm that takes positions, these are the measured positions, shifted by whole
+    /// turns to be nearest to the last command. The shift is needed because an encoder may not count turns.
     fn stand(&self) -> Vec<f64> {
         match (self.interface, &self.last) {
             (Interface::Velocity, _) | (_, None) => vec![0.0; self.measured.len()],
@@ -173,8 +175,8 @@ impl Guard {
         self.stopping.is_some()
     }
 
-    /// Returns whether only the guard would bring the arm to rest: the last command moves the arm, and nothing has stopped it
-    /// since.
+    /// Returns whether the arm would move on without the guard: the last command moves the arm, and the guard has not finished a
+    /// stop since.
     pub fn is_needed(&self) -> bool {
         self.moves
     }

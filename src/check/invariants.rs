@@ -13,8 +13,8 @@ const POSITION_TOLERANCE: f64 = 1e-3;
 /// The fraction by which a tool may exceed its speed limits, because the arm's positions are some cycles old.
 const TOOL_TOLERANCE: f64 = 0.1;
 
-/// An additional amount by which a tool may exceed its speed limits [m/s, rad/s]. Motions of several joints that cancel at the tool
-/// do not cancel a cycle later, while the joints slow down.
+/// An additional amount by which a tool may exceed its speed limits [m/s, rad/s]. The motions of several joints may cancel each
+/// other at the tool. One cycle later, while the joints slow down, they no longer cancel exactly.
 const TOOL_SLACK: f64 = 1e-4;
 
 /// Checks a stream of commands and of joint positions against the rules.
@@ -26,7 +26,8 @@ pub struct Invariants {
     /// Until this time the tool may exceed its speed limits, either because the limits were lowered or because the arm stops. In a
     /// stop each joint brakes independently, so that the tool leaves its path.
     tool_excused_until: Duration,
-    /// How far each joint is allowed to be beyond its position limits \[rad, prismatic: m\]; `None` until the first positions.
+    /// How far each joint is allowed to be beyond its position limits \[rad, prismatic: m\]; `None` before the first check of
+    /// positions.
     beyond: Option<Vec<f64>>,
 }
 
@@ -41,18 +42,18 @@ struct Command {
     decelerations: Vec<f64>,
     /// The jerk that each joint may have after the command [rad/s³, prismatic: m/s³]: the largest limit since the joint last stood.
     jerks: Vec<f64>,
-    /// The change of each joint's speed by this command [rad/s, prismatic: m/s]; `None` if unknown.
+    /// The change of each joint's speed by this command [rad/s, prismatic: m/s]; `None` for the first command.
     steps: Option<Vec<f64>>,
 }
 
 impl Invariants {
-    /// Creates the check of commands under `limits` with the control period `period`. There are no earlier commands.
+    /// Creates the check of commands that are sent once per `period` under `limits`. No earlier command is known.
     pub fn new(limits: Limits, period: Duration) -> Self {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Applies other limits, as a change of parameters does. A speed above a lowered limit may decrease to the limit at the
-    /// joint's deceleration.
+    /// Applies other limits, after a change of parameters. A joint above a lowered limit may slow down to the limit at its
+    /// deceleration.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();
@@ -70,12 +71,13 @@ impl Invariants {
         self.tool_excused_until = now + Duration::from_secs_f64(STOP_TIME) + 2 * self.period;
     }
 
-    /// Checks the joint velocities `command` [rad/s, prismatic: m/s] of the cycle at `time`. `standing` tells whether the arm must
-    /// come to rest, for example because it is paused. If more than a period has passed since the last command, commands were lost,
-    /// and the step may be larger accordingly.
+    /// Checks the joint velocities `command` [rad/s, prismatic: m/s], sent at `time`. `standing` is true if the arm must come to
+    /// rest, for example because it is paused. If more than a period has passed since the last command, commands were lost. Then a
+    /// joint's speed may have changed by more.
     ///
     /// # Errors
-    /// The first [`Violation`] found. In any case, the next command is compared with this command.
+    /// The first [`Violation`] found. The next command is compared with this command even after an error, unless a number was
+    /// invalid.
     pub fn check(&mut self, time: Duration, command: &[f64], standing: bool) -> Result<(), Violation> {
         self.check_numbers(command)?;
         let last = self.last.take();
@@ -93,7 +95,8 @@ impl Invariants {
         result
     }
 
-    /// Checks the speed of the fastest tool at the last command and the present positions. Arms that stand are not checked.
+    /// Checks `tool`, the speed of the fastest tool for the last command at the present positions. Arms that must stand are not
+    /// checked.
     ///
     /// # Errors
     /// [`Violation::ToolSpeed`] if a tool is too fast.
@@ -114,8 +117,8 @@ impl Invariants {
         }
     }
 
-    /// Checks joint positions \[rad, prismatic: m\], in the order of the commands. A joint that is outside its limits at the
-    /// beginning may stay outside and come back, but must not move farther out.
+    /// Checks joint positions \[rad, prismatic: m\], in the order of the commands. A joint that is outside its limits at the first
+    /// check may stay outside and come back, but must not move farther out.
     ///
     /// # Errors
     /// The first [`Violation`] found.
@@ -194,7 +197,8 @@ impl Invariants {
         Ok(())
     }
 
-    /// Checks `change`, the step of a joint's speed, under a jerk limit.
+    /// Checks under a jerk limit that joint number `joint` may change its speed from `before` to `speed`. `change` has this change
+    /// of speed and the previous one.
     fn check_jerk(
         &self,
         joint: usize,

@@ -3,7 +3,7 @@
 /// Relative tolerance for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// How a joint with limited jerk slows down. Changes of speed are positive if they slow the joint down [rad/s, prismatic: m/s].
+/// The slowing down of a joint with limited jerk. A change of speed [rad/s, prismatic: m/s] is positive if it slows the joint down.
 pub(super) struct Slowing {
     /// The change of speed in this cycle.
     pub step: f64,
@@ -16,22 +16,22 @@ pub(super) struct Slowing {
 }
 
 impl Slowing {
-    /// Returns the total by which the joint slows down if its steps, from the present step on, decrease as fast as possible [rad/s,
-    /// prismatic: m/s].
+    /// Returns by how much the joint slows down in total, from this change of speed on, if the changes decrease by `jerk` per cycle
+    /// [rad/s, prismatic: m/s].
     fn slows_by(&self) -> f64 {
         let parts = (self.step / self.jerk).max(0.0);
         let count = parts.floor() + 1.0;
         self.jerk * count * (parts - 0.5 * (count - 1.0))
     }
 
-    /// Returns whether the joint, which is too fast by `gap` [rad/s, prismatic: m/s], slows down as fast as it can.
+    /// Returns whether a joint that is too fast by `gap` [rad/s, prismatic: m/s] slows down as fast as its limits allow.
     pub fn is_enough_for(&self, gap: f64) -> bool {
         let rising = self.step - self.before >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
         rising || self.step >= self.most * (1.0 - ROUNDING) || self.slows_by() >= gap - self.slack(gap)
     }
 
-    /// Returns whether the joint, from this step on, need not slow down by more than `gap` [rad/s, prismatic: m/s], or decreases
-    /// its steps as fast as the jerk allows.
+    /// Returns whether a joint that must slow down by `gap` [rad/s, prismatic: m/s] can avoid slowing down by more. This holds if
+    /// the changes of speed decrease as fast as the jerk limit allows, or already add up to at most `gap`.
     pub fn ends_at(&self, gap: f64) -> bool {
         let falling =
             self.before - self.step >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
@@ -43,7 +43,7 @@ impl Slowing {
     }
 }
 
-/// Returns `limit` with a tolerance for rounding in numbers of the size of `before`.
+/// Returns `limit` plus a tolerance for the rounding errors of numbers as large as `limit` and `before`.
 pub(super) fn rounded(limit: f64, before: f64) -> f64 {
     limit * (1.0 + ROUNDING) + f64::EPSILON * before.abs()
 }

@@ -1,7 +1,7 @@
 //! The envelope: for each joint, the speeds that its next command may have.
 //!
-//! These are the speeds from which a stop still keeps the limits on speed, acceleration, jerk and position, even with the robot's
-//! delay and late cycles ([`Span`]). For any limits, the next speed of a stop is one of these speeds, so the envelope is never
+//! From each of these speeds, a stop keeps the limits on speed, acceleration, jerk and position, even with the robot's delay and
+//! with late cycles ([`Span`]). The next speed of a stop is always one of them, whatever the limits are, so the envelope is never
 //! empty.
 
 use crate::{Joints, Limits, STOP_TIME, Span, Violation, scale};
@@ -13,7 +13,7 @@ pub struct Envelope {
     spans: Vec<Span>,
     /// The speed that each joint has once its acceleration has ended [rad/s, prismatic: m/s].
     rest: Vec<f64>,
-    /// A candidate for the command [rad/s, prismatic: m/s].
+    /// A second candidate for the command [rad/s, prismatic: m/s].
     other: Vec<f64>,
     /// The first joint (counted from 0) stopped by its position limit.
     pub held_back: Option<usize>,
@@ -66,8 +66,8 @@ impl Envelope {
     /// Moves the command along the line from the last command to `velocity`, as far as each joint can change within a cycle. So a
     /// new desired velocity makes the command neither jump nor take a detour.
     ///
-    /// Because of one joint that can hardly accelerate, the change along this line could take longer than a stop. Then the joints
-    /// that should slow down brake independently.
+    /// A single joint that can hardly accelerate could make this change take longer than a stop. Then the joints that should slow
+    /// down brake independently.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
@@ -76,7 +76,7 @@ impl Envelope {
         }
     }
 
-    /// Returns the fraction of the change to `velocity` that all joints can make within a cycle.
+    /// Returns how much of the change from the last command to `velocity` all joints can make within a cycle, as a fraction of 1.
     fn part_of_change(&self, velocity: &[f64]) -> f64 {
         let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
         parts.fold(1.0, f64::min)
@@ -120,8 +120,8 @@ impl Envelope {
         false
     }
 
-    /// Considers the joint speeds at which the accelerations after `command` end, and stores them in `rest`. Returns the factor,
-    /// at most 1, with which the tool would keep its speed limits at these speeds.
+    /// Computes the joint speeds that remain when the accelerations after `command` have decreased to 0, and stores them in `rest`.
+    /// Returns the factor, at most 1, by which these speeds must be scaled so that the tool keeps its speed limits.
     fn share_at_rest(&mut self, limits: &Limits, arms: &Arms, command: &[f64]) -> f64 {
         let joints = self.rest.iter_mut().zip(command).zip(&self.spans);
         joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));

@@ -1,4 +1,4 @@
-//! The joints between two commands.
+//! The state of the joints from which the next command is computed.
 
 use crate::{Braking, Limits, Pace, ratio, scale};
 use dq_kinematics::arm::Arms;
@@ -19,7 +19,8 @@ pub struct Joints<'a> {
 }
 
 impl Joints<'_> {
-    /// Returns the commanded speed of joint number `joint`, and the change of this speed by the last command.
+    /// Returns the commanded speed of joint number `joint`, and the change of this speed by the last command [rad/s, prismatic:
+    /// m/s].
     pub(crate) fn pace(&self, joint: usize) -> Pace {
         Pace { speed: self.before[joint], step: self.braking.steps[joint] }
     }

@@ -3,8 +3,8 @@
 use crate::Limits;
 use serde::{Deserialize, Serialize};
 
-/// The deceleration and jerk limits of each joint. Each limit is the largest limit in force since the joint last stood. So a
-/// change of parameters does not reduce the braking on which a joint relied when it began to move.
+/// For each joint, the largest deceleration limit and the largest jerk limit in force since the joint last stood. A joint that
+/// moves relies on these limits for its braking, so a change of parameters must not reduce them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatchedLimits {
     /// The decelerations [rad/s², prismatic: m/s²].
@@ -34,8 +34,8 @@ impl LatchedLimits {
         latched
     }
 
-    /// Updates the latched limits after the `command` [rad/s, prismatic: m/s], which includes the `hold`, under `limits`. A joint
-    /// that stood for two commands takes the new limits.
+    /// Updates the latched limits after `command`, which was sent under `limits` and includes `hold` [rad/s, prismatic: m/s]. A
+    /// joint stands if its command is its hold. A joint that stood for two commands takes the new limits.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;
@@ -49,7 +49,8 @@ impl LatchedLimits {
         }
     }
 
-    /// Forgets the earlier limits of joint number `joint`, which continues from `command` [rad/s, prismatic: m/s].
+    /// Forgets the earlier limits of joint number `joint`. `command` is its last command [rad/s, prismatic: m/s], and `stands` is
+    /// whether the joint stands.
     pub fn begin(&mut self, joint: usize, command: f64, stands: bool) {
         (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (command, 0.0, 0.0);
         self.stood[joint] = stands;

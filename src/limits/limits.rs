@@ -5,26 +5,26 @@ use dq_kinematics::arm::ToolSpeed;
 use dq_params::Parameters;
 use std::ops::RangeInclusive;
 
-/// Longest time in which a joint comes to rest from its largest speed \[s\]. No acceleration limit makes the stop longer.
+/// Longest time in which a joint comes to rest from its largest speed \[s\]. A deceleration limit that would take longer is raised.
 pub const STOP_TIME: f64 = 1.0;
 
-/// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. The jerk limit makes a stop longer by at most
-/// twice this time.
+/// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. A jerk limit that would take longer is raised.
+/// So the jerk limit makes a stop longer by at most twice this time.
 pub const RAMP_TIME: f64 = 0.2;
 
-/// The least time constant of the approach to a position limit, in cycles, however narrow the margin is. Joint states are some
-/// cycles old, and the joint must not pass the limit before the servo sees its motion.
+/// The least time constant of the approach to a position limit, as a number of cycles. It applies even if the margin is narrow.
+/// Joint states are some cycles old, and the joint must not pass the limit before the servo sees its motion.
 const APPROACH_CYCLES: f64 = 20.0;
 
-/// The least time constant of the approach to a position limit, in delays (latency plus interval of joint states). An arm with a
-/// lag coasts farther than an arm with a pure delay, and the estimated latency may be only half of the lag.
+/// The least time constant of the approach to a position limit, as a multiple of [`Braking::delay`]. An arm with a lag coasts
+/// farther than an arm with a pure delay, and the estimated latency may be only half of the lag.
 const APPROACH_DELAYS: f64 = 5.0;
 
-/// The fraction of the deceleration that is used to brake before a limit. The rest is a margin, because joint states are some
-/// cycles old.
+/// The fraction of its deceleration with which a joint brakes before a position limit. The rest of the deceleration is a reserve,
+/// because the servo knows the joint's position only from joint states that are some cycles old.
 const BRAKING_SHARE: f64 = 0.5;
 
-/// The least value of gains, limits and tolerances as parameters, in their units.
+/// The least value that a parameter for a gain, a limit or a tolerance can have, in the unit of that parameter.
 pub const POSITIVE: f64 = 1e-6;
 
 /// The range of joint speed and acceleration limits [rad/s, rad/s², prismatic: m/s, m/s²].
@@ -33,8 +33,8 @@ pub const JOINT_SPEEDS: RangeInclusive<f64> = POSITIVE..=1e4;
 /// The range of joint jerk limits [rad/s³, prismatic: m/s³].
 pub const JOINT_JERKS: RangeInclusive<f64> = POSITIVE..=1e6;
 
-/// The limits that commands never exceed. In a servo, each list has one number per joint of all arms. As parameters, the lists
-/// belong to one arm and may be shorter.
+/// The limits that commands never exceed. In a servo, each list has one number per joint of all arms. When the limits are read from
+/// the parameters of one arm, each list has numbers for that arm only, and may be shorter.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 #[parameters(prefix = "limits.")]
 pub struct Limits {
@@ -76,7 +76,7 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The largest time between cycles in the last seconds, averaged over the duration of a stop \[s\].
+    /// The average time between cycles over the duration of a stop \[s\]: the largest such average in the last seconds.
     pub cycle: f64,
     /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
     /// lateness of a cycle or a joint state \[s\].
@@ -89,8 +89,8 @@ impl Braking<'_> {
         self.jerks.iter().any(|jerk| jerk.is_finite())
     }
 
-    /// Returns the largest difference between the steps of joint number `joint` in successive cycles [rad/s, prismatic: m/s]. A
-    /// step is the change of the speed in one cycle.
+    /// Returns the largest difference between the changes of speed of joint number `joint` in two successive cycles [rad/s,
+    /// prismatic: m/s].
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }
@@ -110,7 +110,8 @@ impl Limits {
         self.joint_jerk[joint].max(largest / RAMP_TIME)
     }
 
-    /// Returns the factor, at most 1, by which the speed must be scaled so that the fastest tool keeps its limits.
+    /// Returns the factor, at most 1, with which the motion must be scaled so that the fastest tool, at speed `tool`, keeps its
+    /// limits.
     pub fn tool_share(&self, tool: &ToolSpeed) -> f64 {
         ratio(self.angular_speed, tool.angular).min(ratio(self.linear_speed, tool.linear))
     }
@@ -138,9 +139,10 @@ pub struct Approach {
 }
 
 impl Approach {
-    /// Returns the joint's allowed speed [rad/s, prismatic: m/s] when the joint is `distance` \[rad, prismatic: m\] from the
-    /// position that it must not pass. Near that position, the speed is proportional to the distance, which needs no more than the
-    /// available deceleration. Farther away, the speed follows the curve of constant deceleration. The two curves join smoothly.
+    /// Returns the joint's allowed speed [rad/s, prismatic: m/s] at the distance `distance` \[rad, prismatic: m\] from the position
+    /// that the joint must not pass. Near that position, the allowed speed is proportional to the distance. This approach needs no
+    /// more than the available deceleration. Farther away, the allowed speed follows the curve of constant deceleration. The two
+    /// curves join smoothly.
     pub fn speed(&self, distance: f64) -> f64 {
         let deceleration = BRAKING_SHARE * self.deceleration;
         let proportional_below = deceleration / (self.rate * self.rate);

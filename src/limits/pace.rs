@@ -1,12 +1,13 @@
 //! Brings a joint with limited jerk to rest, or to another speed.
 //!
-//! A cycle changes a joint's speed by a step. The jerk limits the change of the step from cycle to cycle. Without a limit, the jerk
-//! is infinite.
+//! A *step* is the change of a joint's speed in one cycle [rad/s, prismatic: m/s]. The jerk limits the difference between the steps
+//! of two successive cycles: the argument `jerk` of each function is the largest such difference [rad/s, prismatic: m/s]. It is
+//! infinite for a joint without a jerk limit.
 
-/// Relative tolerance for the rounding of a step. The independent check of commands has a larger tolerance.
+/// Relative tolerance for the rounding of a step. `dq_check`, which checks the commands independently, has a larger tolerance.
 const ROUNDING: f64 = 1e-10;
 
-/// The speed of a joint, and its change in the last cycle [rad/s, prismatic: m/s].
+/// The speed of a joint, and the change of this speed in the last cycle [rad/s, prismatic: m/s].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pace {
     /// The speed.
@@ -21,15 +22,15 @@ impl Pace {
         Self { speed: -self.speed, step: -self.step }
     }
 
-    /// Returns the travel until the steps have decreased to zero, divided by the control period [rad/s, prismatic: m/s]. The steps
-    /// decrease as fast as `jerk` [rad/s, prismatic: m/s] allows.
+    /// Returns the distance that the joint travels until its speed no longer changes, divided by the control period [rad/s,
+    /// prismatic: m/s]. The size of the change per cycle, `step`, decreases by `jerk` in each cycle.
     pub fn travel_to_rest(self, jerk: f64) -> f64 {
         let cycles = self.step.abs() / jerk;
         cycles * (self.speed + cycles * self.step / 3.0)
     }
 
-    /// Returns the speed after the steps have decreased to zero [rad/s, prismatic: m/s]. The steps decrease as fast as `jerk`
-    /// [rad/s, prismatic: m/s] allows.
+    /// Returns the speed that the joint has when its speed no longer changes [rad/s, prismatic: m/s]. The size of the change per
+    /// cycle, `step`, decreases by `jerk` in each cycle.
     pub fn rest(self, jerk: f64) -> f64 {
         let more = (self.step.abs() / jerk).floor();
         if more < 1.0 {
@@ -38,15 +39,15 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// Returns the next speed of a stop [rad/s, prismatic: m/s]. In one cycle, the joint slows down by at most `most`, and the step
-    /// changes by at most `jerk` [rad/s, prismatic: m/s].
+    /// Returns the next speed of a joint that stops. The joint slows down by at most `most` in one cycle, and this change of speed
+    /// differs from the last one by at most `jerk`. All are in rad/s, for prismatic joints in m/s.
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }
 
-    /// Returns the next step toward the speed `wanted`. The step is at most `most`, and differs from the last step by at most
-    /// `jerk` [rad/s, prismatic: m/s]. If the speed could reach `wanted` without overshoot before this step, it still can after
-    /// this step.
+    /// Returns the change of speed in the next cycle toward the speed `wanted`. The change is at most `most`, and differs from the
+    /// last change by at most `jerk`. All are in rad/s, for prismatic joints in m/s. A joint that can reach `wanted` without
+    /// overshoot now can still do so after this change.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);
@@ -55,8 +56,9 @@ impl Pace {
     }
 }
 
-/// Returns the first of a series of steps that add up to `gap`. Each step is smaller than the previous step by `jerk`, and the
-/// last step is at most `jerk`.
+/// Returns the first of a series of changes of speed that add up to `gap`, the difference from the wanted speed. Each change is
+/// smaller than the previous change by `jerk`, and the last change is at most `jerk`. All are in rad/s, for prismatic joints in
+/// m/s.
 pub(crate) fn eased(gap: f64, jerk: f64) -> f64 {
     if jerk == f64::INFINITY {
         return gap;

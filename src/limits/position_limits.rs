@@ -5,9 +5,9 @@ use dq_params::Parameters;
 
 /// The position range of each joint, and the margin in which a joint slows down.
 ///
-/// Only a joint that is near its limit slows down, and only if it moves outward. If the whole velocity were scaled, as for the
-/// speed limits, the whole arm would stop as soon as one joint is at its limit. The other joints move on, and the law continues
-/// from the resulting positions in each cycle.
+/// Only a joint that is near its limit slows down, and only if it moves outward. The other joints continue to move, and the law
+/// continues from the resulting positions in each cycle. Scaling the whole velocity, as for the speed limits, would stop the whole
+/// arm as soon as one joint is at its limit.
 ///
 /// In a servo, the lists have one number per joint, which is infinite for a joint without a limit.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -28,9 +28,11 @@ pub struct PositionLimits {
 const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
 
 impl PositionLimits {
-    /// Returns joint positions near `positions`, within the limits less the margin. The tool pose there is a goal that the arm can
-    /// reach. Each joint is displaced upward by 0.3 rad or 0.1 m. If the upper limit is nearer than that, the joint is displaced
-    /// downward; if both limits are, by half of its distance from the farther limit.
+    /// Returns joint positions near `positions`, for a goal that the arm can reach: the tool pose at these positions.
+    ///
+    /// The range of each joint is within its limits less the margin. Each joint is displaced upward by 0.3 rad (prismatic: 0.1 m).
+    /// If this displacement would leave the range, the joint is displaced downward instead. If both displacements would leave the
+    /// range, the joint is displaced by half of its distance from the farther end of the range.
     pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
@@ -70,12 +72,13 @@ impl PositionLimits {
         }
     }
 
-    /// Returns whether a joint at `position` is within the margin of one of its limits, or beyond a limit.
+    /// Returns whether `position` is beyond a limit of joint number `joint`, or at most the margin away from one.
     pub fn is_near(&self, joint: usize, position: f64) -> bool {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
-    /// Returns whether a joint at `position` is within the margin of its limit in the `direction`, or beyond that limit.
+    /// Returns whether `position` is beyond one limit of joint number `joint`, or at most the margin away from this limit. It is
+    /// the upper limit if `direction` is positive, otherwise the lower limit.
     pub fn is_near_towards(&self, joint: usize, position: f64, direction: f64) -> bool {
         let room = if direction > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin

@@ -7,13 +7,13 @@ pub fn scale(values: &mut [f64], factor: f64) {
     }
 }
 
-/// Returns `limit / value`, at most 1.
+/// Returns the factor, at most 1, that scales `value` to at most `limit`.
 pub fn ratio(limit: f64, value: f64) -> f64 {
     if value > limit { limit / value } else { 1.0 }
 }
 
-/// Returns `value`, but at least `lowest` and at most `highest`. Unlike `f64::clamp` it never panics. A NaN bound has no effect; a
-/// NaN value stays NaN, and the final check detects it.
+/// Returns `value`, but at least `lowest` and at most `highest`. Unlike `f64::clamp` it never panics. A NaN bound has no effect. A
+/// NaN value stays NaN, and the servo's final check of the command detects it.
 pub(crate) fn between(value: f64, lowest: f64, highest: f64) -> f64 {
     if value < lowest {
         lowest

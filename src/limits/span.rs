@@ -53,8 +53,8 @@ impl Joints<'_> {
 }
 
 impl Span {
-    /// Returns the largest next speed of a joint at `pace` from which the joint need not exceed the speed `top`, which is at least
-    /// 0.
+    /// Returns the largest next speed of a joint at `pace` after which the joint can still stay at or below the speed `top`. `top`
+    /// must be at least 0.
     fn highest(&self, pace: Pace, top: f64) -> f64 {
         let most = match pace.speed {
             speed if speed > top => self.slower,
@@ -65,7 +65,7 @@ impl Span {
         pace.speed + pace.towards(top, most, self.jerk)
     }
 
-    /// Returns the allowed speed of the next command that is nearest to `speed`.
+    /// Returns the speed nearest to `speed` that the next command may have.
     pub fn hold(&self, speed: f64) -> f64 {
         between(speed, self.next.0, self.next.1)
     }
@@ -80,33 +80,35 @@ impl Span {
         self.hold(self.pace.speed + self.pace.towards(wanted, f64::INFINITY, self.jerk))
     }
 
-    /// Returns the fraction of the change to the speed `wanted` that the limits allow within a cycle.
+    /// Returns how much of the change from the last speed to the speed `wanted` the limits allow within a cycle, as a fraction of
+    /// 1.
     pub(crate) fn part_of_change(&self, wanted: f64) -> f64 {
         let change = (wanted - self.pace.speed).abs();
         ratio(self.faster.min(eased(change, self.jerk)), change)
     }
 
-    /// Returns the next speed after the fraction `part` of the change to `wanted`.
+    /// Returns the next speed: the last speed plus the fraction `part` of the difference from `wanted`.
     pub(crate) fn along(&self, wanted: f64, part: f64) -> f64 {
         // For the whole change, the sum would have a rounding error.
         let along = if part < 1.0 { self.pace.speed + part * (wanted - self.pace.speed) } else { wanted };
         self.hold(along)
     }
 
-    /// Returns the speed nearest to `wanted` between the last speed and 0; `None` if the joint does not slow down.
+    /// Returns the speed nearest to `wanted` between the last speed and 0. Returns `None` if this is the last speed: then the joint
+    /// need not slow down.
     pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));
         (slower != last).then_some(slower)
     }
 
-    /// Returns the next speed if the joint's acceleration decreases as fast as the jerk allows.
+    /// Returns the next speed of the joint if its acceleration decreases as fast as the jerk limit allows.
     pub(crate) fn eased(&self) -> f64 {
         let step = (self.pace.step.abs() - self.jerk).max(0.0).copysign(self.pace.step);
         self.hold(self.pace.speed + step)
     }
 
-    /// Returns the speed of the joint once its acceleration has ended, if its next speed is `speed`.
+    /// Returns the speed that the joint would have after its next speed `speed` and after its acceleration has then decreased to 0.
     pub(crate) fn rest(&self, speed: f64) -> f64 {
         Pace { speed, step: speed - self.pace.speed }.rest(self.jerk)
     }

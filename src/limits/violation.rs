@@ -3,7 +3,7 @@
 use dq_space::space::Pair;
 use thiserror::Error;
 
-/// The rule that a command or a position breaks. Joints are counted from 1, arm after arm.
+/// A violation of a safety rule by a command or by joint positions. Joints are counted from 1, arm after arm.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum Violation {
@@ -33,19 +33,20 @@ pub enum Violation {
         /// The velocity limit [rad/s, prismatic: m/s].
         limit: f64,
     },
-    /// A step is larger than the limits on acceleration and deceleration allow within the time (rule 6).
+    /// A command changes a joint's speed by more than the limits on acceleration and deceleration allow in the time since the last
+    /// command (rule 6).
     #[error(
         "joint {joint}: a step of {step}, but the limits on acceleration allow {limit} [rad/s, prismatic: m/s]"
     )]
     Acceleration {
         /// The number of the joint.
         joint: usize,
-        /// The step [rad/s, prismatic: m/s].
+        /// The change of the speed [rad/s, prismatic: m/s].
         step: f64,
-        /// The largest allowed step [rad/s, prismatic: m/s].
+        /// The largest allowed change of the speed [rad/s, prismatic: m/s].
         limit: f64,
     },
-    /// A step differs from the previous step by more than the jerk limit allows (rule 6).
+    /// Two successive commands change a joint's speed by amounts that differ by more than the jerk limit allows (rule 6).
     #[error(
         "joint {joint}: a step changes by {change}, but the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
     )]
@@ -54,10 +55,11 @@ pub enum Violation {
         joint: usize,
         /// The difference between the steps [rad/s, prismatic: m/s].
         change: f64,
-        /// The largest allowed difference [rad/s, prismatic: m/s].
+        /// The difference between the two changes of speed [rad/s, prismatic: m/s].
         limit: f64,
     },
-    /// A stop from this speed would not keep the limits (rules 5, 6 and 7).
+    /// A commanded speed is outside the [envelope](crate::Envelope): a stop from this speed would exceed a limit (rules 5, 6 and
+    /// 7).
     #[error("joint {joint}: {speed} is not between {lowest} and {highest} [rad/s, prismatic: m/s]")]
     Envelope {
         /// The number of the joint.
@@ -69,7 +71,8 @@ pub enum Violation {
         /// The highest allowed speed [rad/s, prismatic: m/s].
         highest: f64,
     },
-    /// The arm must come to rest, but a joint does not slow down at its deceleration (rules 1, 2, 3, 9 and ~/pause, ~/stop).
+    /// The arm must come to rest, but a joint brakes with less than its deceleration, or moves again (rules 1, 2, 3, 9 and ~/pause,
+    /// ~/stop).
     #[error(
         "joint {joint}: {speed} after {before} [rad/s, prismatic: m/s], where the arm was to come to rest and to stay there"
     )]
@@ -94,12 +97,12 @@ pub enum Violation {
     /// The arm overlaps with an obstacle or with itself, or the tool is outside its keep-in (rule 22).
     #[error("{}", .pair.explain_gap(*.gap, |joint| format!("joint {joint}")))]
     Gap {
-        /// The two parts.
+        /// The two parts of the scene.
         pair: Pair,
-        /// The gap between the two parts \[m\].
+        /// The signed distance between the two parts \[m\], negative for an overlap.
         gap: f64,
     },
-    /// A joint has moved farther beyond its position limit (rule 7).
+    /// A joint has moved beyond its position limit, or farther beyond it than before (rule 7).
     #[error("joint {joint}: at {position}, {beyond} beyond its position limit [rad, prismatic: m]")]
     Position {
         /// The number of the joint.

@@ -1,4 +1,4 @@
-//! Chooses one publisher of an input that may have only one, such as an arm's joint states or the twists.
+//! Chooses one publisher of an input that may have only one, such as the joint states of an arm.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -12,7 +12,7 @@ pub(crate) struct Arbiter {
     current: Option<Heard>,
     /// Another publisher that has sent a message since the current publisher was chosen.
     other: Option<Heard>,
-    /// Whether both publishers are present: the current publisher has sent a message after a message of the other publisher.
+    /// Whether both publishers are present. This is known when the current publisher sends a message after the other publisher.
     both: bool,
 }
 
@@ -23,8 +23,8 @@ struct Heard {
 }
 
 impl Arbiter {
-    /// Notes a message from `source` at `now`. Returns whether to use it. Another publisher takes over only after the current
-    /// publisher has been silent for `silence`, such as when a driver restarts.
+    /// Notes a message from `source` at `now`. Returns whether to use the message. Another publisher takes over only after the
+    /// current publisher has been silent for `silence`, for example because a driver was restarted.
     pub fn hear(&mut self, source: u32, now: Duration, silence: Duration) -> bool {
         let heard = Heard { source, at: now };
         match &self.current {
@@ -44,8 +44,8 @@ impl Arbiter {
         }
     }
 
-    /// Returns the current and the other publisher while both are present. A publisher is present until it has been silent for a
-    /// second.
+    /// Returns the current publisher and the other publisher while both are present; otherwise `None`. A publisher is present until
+    /// it has been silent for a second.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         let there = |heard: &Heard| now.saturating_sub(heard.at) <= PRESENCE;
         self.other = self.other.filter(there);

@@ -19,10 +19,11 @@ use std::time::Duration;
 /// Least time between two positions from which a speed is computed.
 const TWO_STATES: Duration = Duration::from_millis(20);
 
-/// The longest time from a command to the joint states that show its effect.
+/// The largest assumed time from a command to the joint state that shows its effect.
 const LATELY: Duration = Duration::from_millis(250);
 
-/// How long the link uses a speed scaling that the robot has reported. Afterwards it uses the measured speed scaling.
+/// How long the link uses a speed scaling that the robot has reported. Afterwards the link uses the speed scaling that it has
+/// measured.
 const TOLD: Duration = Duration::from_secs(1);
 
 /// Measured speeds below this [rad/s, prismatic: m/s] count as standstill.
@@ -36,7 +37,7 @@ pub(crate) struct ArmLink {
     kinds: Vec<JointKind>,
     pub sources: Arbiter,
     parts: Parts,
-    /// The joint state that has arrived since the last cycle.
+    /// The joint state that has arrived since the last cycle; `None` if no joint state has arrived.
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
@@ -51,17 +52,17 @@ pub(crate) struct ArmLink {
     /// When the last joint state was measured.
     measured_at: Duration,
     pub figures: ArmFigures,
-    /// The event of this cycle that revokes consent, if any.
+    /// The event of this cycle that revokes consent; `None` if there is none.
     pub returned: Option<Return>,
     /// Whether joint states arrive too rarely.
     pub rarity: Rarity,
-    /// The speed scaling that the robot has reported, and when it did.
+    /// The speed scaling that the robot has reported, and the time of that report; `None` if it has reported nothing.
     pub told_factor: Option<(f64, Duration)>,
-    /// A robot that has just appeared, and may be moving.
+    /// A robot that has just appeared, and may be moving; `None` when its speed is known.
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the speed of an arm that has just appeared has become known in this cycle.
+    /// Whether the arm appeared shortly before, and its speed has become known in this cycle.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,
@@ -73,7 +74,7 @@ pub(crate) struct ArmLink {
     pub rival: bool,
 }
 
-/// A joint state that waits for the cycle. Its numbers are in the arm's `positions` and `velocities`.
+/// A joint state that the next cycle will process. Its numbers are in the arm's `positions` and `velocities`.
 #[derive(Serialize, Deserialize)]
 struct Newest {
     now: Duration,
@@ -87,13 +88,13 @@ struct Newcomer {
     since: Duration,
     /// The positions at the time `since` \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// The velocities before the time `since`, if known [rad/s, prismatic: m/s].
+    /// The velocities before the time `since` [rad/s, prismatic: m/s]; `None` if they are not known.
     velocity: Option<Vec<f64>>,
 }
 
 impl ArmLink {
-    /// Creates the link to an arm. `order` has the names of its joints, `kinds` their kinds, and `joints` their indices among the
-    /// joints of all arms.
+    /// Creates the link to an arm. `order` has the names of the arm's joints, `kinds` has their kinds, and `joints` has their
+    /// indices among the joints of all arms. `period` is the control period.
     pub fn new(order: JointOrder, kinds: Vec<JointKind>, joints: Range<usize>, period: Duration) -> Self {
         let zeros = vec![0.0; joints.len()];
         Self {
@@ -160,8 +161,8 @@ impl ArmLink {
         Ok(true)
     }
 
-    /// Takes a message with some of the arm's joints. The joint state is complete once a message with each joint has arrived within
-    /// `silence`.
+    /// Takes a message with some of the arm's joints. Together with earlier messages it is a complete joint state if each joint was
+    /// in a message within the last `silence`.
     fn take_part(
         &mut self,
         reading: &JointReading,
@@ -263,8 +264,8 @@ impl ArmLink {
         self.returned = returned;
     }
 
-    /// Computes the arm's figures for the cycle at `now`. `fixed` is the latency if a parameter sets it. `cycles` has the lateness
-    /// of the cycles.
+    /// Computes the arm's figures for the cycle at `now`. `fixed` is the latency that a parameter sets, or `None` to use the
+    /// estimated latency. `cycles` has the lateness of the cycles.
     pub fn sum_up(&mut self, now: Duration, fixed: Option<Duration>, cycles: &Cycles) {
         let due = self.received.unwrap_or(now) + seconds(self.latency.interval());
         self.lateness.note(now, now.saturating_sub(due));
@@ -292,8 +293,8 @@ impl ArmLink {
         };
     }
 
-    /// Sets `velocity` to the joint velocities of this arm while it waits for the state of the other arm. Uses the reported
-    /// velocities if there are any, otherwise computes them from the last two joint states.
+    /// Sets `velocity` to the joint velocities of this arm [rad/s, prismatic: m/s], while the servo waits for the state of the
+    /// other arm. Uses the reported velocities if there are any, otherwise computes the velocities from the last two joint states.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -304,9 +305,9 @@ impl ArmLink {
         }
     }
 
-    /// Measures the joint velocities when a robot has just appeared, or after missed cycles. Returns false if another joint state
-    /// is needed. The first states may be old, so two velocities must agree: the reported one and the one between two states, or
-    /// the two between three states.
+    /// Measures the joint velocities after a robot has appeared, or after missed cycles. Returns false if this takes another joint
+    /// state. The first states may be old, so two velocities must agree: the reported velocity and the one between two states, or
+    /// the two velocities between three states.
     fn find_velocity(
         &mut self,
         now: Duration,
@@ -344,8 +345,8 @@ impl ArmLink {
         false
     }
 
-    /// Sets `rates` to the mean velocities [rad/s, prismatic: m/s] of a motion from the positions `from` to the present positions
-    /// within `time` \[s\].
+    /// Sets `rates` to the mean joint velocities [rad/s, prismatic: m/s] of a motion that took `time` \[s\], from the positions
+    /// `from` to the present positions.
     fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
         let pairs = from.iter().zip(&self.positions).zip(&self.kinds);
         rates
@@ -354,8 +355,8 @@ impl ArmLink {
             .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
-    /// Updates the estimated pull: compares the arm's displacement during `time` with its commands. `measured` are the positions at
-    /// the start of `time`; the present positions are those at its end.
+    /// Updates the estimated pull: compares the arm's displacement during `time` with the commands during that time. `measured` are
+    /// the positions at the start of `time`; the present positions are those at the end.
     fn watch_pull(
         &mut self,
         time: Range<Duration>,
@@ -386,8 +387,8 @@ impl ArmLink {
         self.pull.observe(observed, (passed, factor), rate, &settings.limits.joint_velocity[joints]);
     }
 
-    /// Balances the pull at this arm, as [`Link::balance`](crate::Link::balance) does. `hold` is the hold of the arm's joints, and
-    /// `proven` the part of it to which they have responded.
+    /// Balances the pull at this arm, as [`Link::balance`](crate::Link::balance) does. `hold` is the hold of the arm's joints.
+    /// `proven` is the part of the hold to which the joints have responded.
     pub fn balance(&mut self, what: Hold, room: &Room, proven: &mut [f64], hold: &mut [f64]) {
         let rests = self.following.must_rest() || !self.listeners || self.rival;
         let first = self.joints.start;
@@ -404,7 +405,8 @@ impl ArmLink {
         self.pull.balance(if rests { Hold::Nothing } else { what }, room, first, within, hold);
     }
 
-    /// Compares the arm's motion with its commands. `fixed` is the latency if a parameter sets it.
+    /// Compares the arm's motion with its commands. `fixed` is the latency that a parameter sets, or `None` to use the estimated
+    /// response time.
     fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, history: &CommandHistory) {
         let response = |latency: &Latency| fixed.unwrap_or_else(|| seconds(latency.response()));
         let answer = (response(&self.latency), self.pull.speeds());

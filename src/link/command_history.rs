@@ -1,4 +1,4 @@
-//! The recent commands. They predict the motion that a late joint state does not show yet.
+//! The recent commands. They predict the motion that joint states do not show yet.
 
 use crate::lateness::LONGEST_HOLD;
 use dq_limits::Interface;
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How long commands are kept: twice the sum of the comparison window and the longest delay.
+/// How long commands are kept: twice the sum of the window over which motion is compared and the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
-/// The recent commands of all joints, as sums of displacements.
+/// The recent commands of all joints, stored as sums of displacements.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
@@ -17,7 +17,7 @@ pub(crate) struct CommandHistory {
     step: Option<f64>,
     /// Longest time for which a command moves the joints \[s\].
     longest: f64,
-    /// The least number of commands that are kept. At most twice this number are kept.
+    /// The number of commands that remain when the older half is dropped. At most twice this number are kept.
     capacity: usize,
     /// When each command took effect \[s\], the oldest first.
     times: Vec<f64>,
@@ -27,13 +27,13 @@ pub(crate) struct CommandHistory {
     speeds: Vec<f64>,
     /// Whether the last command moves the joints.
     moves: bool,
-    /// When the last moving command before the last command ended \[s\].
+    /// When the last command that moved a joint, apart from the newest command, ended \[s\].
     moved_until: f64,
 }
 
 impl CommandHistory {
-    /// Creates an empty history of `joint_count` joints with the control period `period`. A command of positions moves the joints
-    /// for one period, even if the next command is late.
+    /// Creates an empty history of `joint_count` joints for a servo with the control period `period`. If `interface` takes
+    /// positions, a command moves the joints for one period, even if the next command is late.
     pub fn new(joint_count: usize, period: Duration, interface: Interface) -> Self {
         let cycles = MEMORY.as_nanos() / period.as_nanos().max(1) + 2;
         let capacity = usize::try_from(cycles).unwrap_or(usize::MAX).min(2000);
@@ -52,8 +52,8 @@ impl CommandHistory {
         }
     }
 
-    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The command includes `hold`, which
-    /// moves no joint.
+    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The part `hold` of the command moves no
+    /// joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {
@@ -90,7 +90,7 @@ impl CommandHistory {
     }
 
     /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad, prismatic: m\].
-    /// The displacement includes that of commands that are no longer kept.
+    /// It includes the displacement by commands that are no longer kept.
     pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
         let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
         let joints = into.iter_mut().zip(sums.iter().zip(speeds));

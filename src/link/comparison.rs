@@ -25,7 +25,8 @@ impl Comparison {
         (self.product, self.square) = (keep * self.product, keep * self.square);
     }
 
-    /// Returns the distance that all joints together have moved, divided by their commanded distance; 1 if no motion was commanded.
+    /// Returns the fraction of the commanded displacement that all joints together have moved, by least squares; 1 if no motion was
+    /// commanded.
     pub fn factor(&self) -> f64 {
         if self.square > NOTHING { self.product / self.square } else { 1.0 }
     }

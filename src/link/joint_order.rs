@@ -40,8 +40,8 @@ impl JointOrder {
         self.names.iter().any(|joint| names.contains(joint))
     }
 
-    /// Finds the arm's joints in a message by name, and ignores other joints. `places` has the index of each joint in the previous
-    /// message, which is tried first. Afterwards it has the index in this message.
+    /// Finds the arm's joints in a message by name, and ignores other joints. Sets `places` to the index of each joint in the
+    /// message. First tries the indices that `places` contains from the previous message.
     ///
     /// # Errors
     /// A [`StateError`] if a joint is missing, a number is not finite, or the lists have different lengths.

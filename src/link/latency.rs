@@ -25,8 +25,8 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// The least difference between the misfits of the best and the next candidate for a decision \[rad²\]. Without it, noise would
-/// decide.
+/// If even the worst candidate has a misfit below this \[rad²\], noise would decide, and no candidate is chosen. The misfit is the
+/// sum of the squared differences between motion and commands.
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age.
@@ -39,9 +39,9 @@ const RESPONSE_SMOOTHING: f64 = 0.36;
 /// commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
-    /// When stamps became plausible.
+    /// The time since which stamps have been plausible; `None` while the clocks disagree.
     agreeing_since: Option<Duration>,
-    /// When the last plausible stamp arrived.
+    /// When the last plausible stamp arrived; `None` before the first one.
     agreed: Option<Duration>,
     /// Whether stamps are used.
     stamped: bool,
@@ -70,9 +70,10 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Returns the sum of the squared differences between motion and commands \[rad²\], for the best fit. The robot may move at a
-    /// fraction f ≤ 1 of its commands, plus a constant speed of each joint. The sum is `M − 2 f P + f² W` with `f = P/W`; all sums
-    /// are taken about the means.
+    /// Returns the misfit \[rad²\]: the sum of the squared differences between motion and commands, for the best fit. The fit
+    /// allows that the robot moves at a fraction f ≤ 1 of its commands, plus a constant speed of each joint. `motion` is the sum M
+    /// of the squared motions. The misfit is `M − 2 f P + f² W` with `f = P/W`, where P and W are the sums of [`Comparison`]. All
+    /// sums are taken about the means.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
         let count = latency.count.max(f64::MIN_POSITIVE);
         let joints = self.asked.iter().zip(&latency.moved);
@@ -102,7 +103,8 @@ impl Latency {
         }
     }
 
-    /// Notes a joint state that arrived at `now`. The previous joint state arrived at `before`. Returns the age of the state.
+    /// Notes a joint state that arrived at `now`, after the previous one at `before`. `stamp_age` is its age by its stamp. Returns
+    /// the age that the estimator assumes.
     pub fn hear(&mut self, now: Duration, before: Option<Duration>, stamp_age: Option<Duration>) -> Duration {
         if let Some(before) = before {
             let interval = now.saturating_sub(before).min(LONGEST_AGE).as_secs_f64();
@@ -134,15 +136,15 @@ impl Latency {
         self.stamped
     }
 
-    /// Starts or stops using stamps. The age of a joint state then has another meaning, so the comparisons restart. The total delay
-    /// does not change.
+    /// Starts or stops using stamps. The age of a joint state then has another meaning, so the comparisons restart. The estimated
+    /// total delay stays the same.
     fn believe_stamps(&mut self, stamped: bool, age: f64) {
         let (total, age) = (self.total(), if stamped { age } else { 0.0 });
         (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));
         self.fade(0.0);
     }
 
-    /// Multiplies the weight of all earlier comparisons by `keep`.
+    /// Multiplies the weights of all earlier comparisons by `keep`.
     fn fade(&mut self, keep: f64) {
         (self.count, self.motion) = (keep * self.count, keep * self.motion);
         self.moved.iter_mut().for_each(|moved| *moved *= keep);
@@ -175,7 +177,7 @@ impl Latency {
         }
     }
 
-    /// Returns the response time that explains the motion \[s\], if exactly one candidate does.
+    /// Returns the response time that explains the motion \[s\]; `None` if no candidate fits much better than the others.
     fn best(&self) -> Option<f64> {
         let count = self.count.max(f64::MIN_POSITIVE);
         let motion = self.motion - self.moved.iter().map(|moved| moved * moved).sum::<f64>() / count;

@@ -3,16 +3,17 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A lateness is remembered for at least this time, and for at most twice this time.
+/// The length of a window. A lateness is remembered for at least one window, and for at most two windows.
 const WINDOW: Duration = Duration::from_secs(2);
 
-/// Robots with a command timeout stop about this long after the last command. So a lateness beyond this time does not matter.
+/// Robots with a command timeout stop about this long after the last command. A longer lateness has no further effect.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
 /// The weight of the newest cycle in the average time between cycles. A stop takes about fifty cycles.
 const SMOOTHING: f64 = 0.02;
 
-/// The recent lateness of the cycles: the worst lateness of a single cycle, and the worst average over the duration of a stop.
+/// The recent lateness of the cycles: the largest lateness of a single cycle, and the largest average lateness over the duration of
+/// a stop.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,
@@ -53,7 +54,7 @@ impl Cycles {
         self.latest.worst()
     }
 
-    /// Returns the largest time between cycles in the last 2 to 4 s, averaged over the duration of a stop.
+    /// Returns the average time between cycles over the duration of a stop: the largest such average in the last 2 to 4 s.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }

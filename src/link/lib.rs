@@ -50,8 +50,8 @@ pub struct JointReading<'a> {
     pub stamp_age: Option<Duration>,
 }
 
-/// Returns the age of a message with time stamp `stamp` \[ns\] at time `clock` \[ns\]. `None` if the stamp is ahead of the clock by
-/// more than 5 ms. See [`JointReading::stamp_age`].
+/// Returns the age of a message with time stamp `stamp` \[ns\] at time `clock` \[ns\]. Returns `None` if the stamp is ahead of the
+/// clock by more than 5 ms.
 pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
     let age = clock.checked_sub(stamp).filter(|age| *age >= -AHEAD_NS)?;
     Some(Duration::from_nanos(age.max(0).unsigned_abs()))
@@ -74,24 +74,25 @@ pub enum Contact {
     Contended,
 }
 
-/// The estimates about one arm in one cycle.
+/// What the link has estimated about one arm, as of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
-    /// The age of the commands whose effect the last joint state showed when it arrived.
+    /// The age, when the last joint state arrived, of the commands whose effect it shows.
     pub lag: Duration,
     /// The delay that limits the law's gain: the time from a command to the joint state that shows its effect, plus one interval of
     /// joint states.
     pub delay: Duration,
     /// The largest lateness of a cycle or of a joint state in the last seconds.
     pub lateness: Duration,
-    /// The largest time between cycles in the last seconds, averaged over the duration of a stop; at least the control period.
+    /// The average time between cycles over the duration of a stop: the largest such average in the last seconds, and at least the
+    /// control period.
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,
     /// The fraction of its commanded speed at which the arm moves, at most 1.
     pub factor: f64,
-    /// Whether the robot appeared in this cycle, or the cycles resumed after a gap. The next command then starts at the arm's
-    /// present speed.
+    /// Whether the next command must start at the arm's present speed, because the robot appeared in this cycle, or the cycles
+    /// resumed after a gap.
     pub came: bool,
 }
 
@@ -113,17 +114,17 @@ impl Default for ArmFigures {
 pub struct LinkSettings<'a> {
     /// The limits of the commands.
     pub limits: &'a Limits,
-    /// The age at which a joint state is stale.
+    /// The age from which on a joint state is too old to use.
     pub state_timeout: Duration,
-    /// The silence after which a robot counts as having been away.
+    /// The time without joint states after which the robot counts as having been away.
     pub rearm_timeout: Duration,
     /// The time from a command to the joint state that shows its effect; `None` to estimate it.
     pub latency: Option<Duration>,
-    /// The rate at which the servo balances the pull at the joints [1/s]; 0 for not at all.
+    /// The rate at which the servo balances the pull at the joints [1/s]; 0 if it does not balance the pull.
     pub integral: f64,
 }
 
-/// Converts seconds to a duration. A value that is not a time becomes zero.
+/// Converts seconds to a duration. A negative, infinite or NaN value becomes zero.
 pub fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }

@@ -28,8 +28,8 @@ pub struct Link {
 }
 
 impl Link {
-    /// Creates the link to arms with the joints `orders` of these `kinds`. The servo commands them through `interface` once per
-    /// `period`.
+    /// Creates the link to arms whose joints have the names `orders` and the `kinds`. The servo sends commands of the kind
+    /// `interface` once per `period`.
     pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
         let mut count = 0;
         let arms = orders.into_iter().map(|order| {
@@ -52,9 +52,9 @@ impl Link {
         }
     }
 
-    /// Takes a joint state received at `now` for the next cycle. If there are several joint states, the last valid one counts.
-    /// Returns whether its publisher is the one in use. Another publisher takes over only after the publisher in use has been
-    /// silent for `silence`.
+    /// Takes the joint state `reading`, received at `now`, for the next cycle. If several joint states arrive before that cycle,
+    /// the last valid one counts. Returns whether its publisher is in use. Another publisher takes over only after the publisher in
+    /// use has been silent for `silence`.
     pub fn take(
         &mut self,
         arm: usize,
@@ -97,12 +97,12 @@ impl Link {
         self.predict(now);
     }
 
-    /// Returns the events of this cycle that revoke consent, such as that a robot appeared or jumped.
+    /// Returns the events of this cycle that revoke consent: a robot appeared, came back or jumped.
     pub fn returns(&self) -> impl Iterator<Item = Return> + '_ {
         self.arms.iter().filter_map(|arm| arm.returned)
     }
 
-    /// Returns how an arm has disobeyed its commands, if it has done so for longer than `timeout` or too often.
+    /// Returns how an arm has disobeyed its commands, if it has disobeyed for longer than `timeout` or too often; otherwise `None`.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         self.arms.iter().find_map(|arm| {
             let first = arm.joints.start;
@@ -113,7 +113,7 @@ impl Link {
         })
     }
 
-    /// Drops the recorded losses of arms that disobeyed, because consent was revoked for these losses.
+    /// Notes that consent was revoked for the recorded losses of arms that disobeyed, and drops these losses.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -128,7 +128,7 @@ impl Link {
         self.arms.iter().any(|arm| arm.following.is_lost())
     }
 
-    /// Notes the speed scaling that `arm` reported at `now`: a number from 0 to 1.
+    /// Notes the speed scaling `factor`, from 0 to 1, that `arm` reported at `now`.
     pub fn set_factor(&mut self, arm: usize, factor: f64, now: Duration) {
         self.arms[arm].told_factor = factor.is_finite().then_some((factor.clamp(0.0, 1.0), now));
     }
@@ -138,12 +138,12 @@ impl Link {
         self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
     }
 
-    /// Returns whether the cycles had a gap after which the state of an arm is not known yet. Then the servo must send nothing.
+    /// Returns whether the state of an arm is unknown because the cycles had a gap. Then the servo must send nothing.
     pub fn is_blind(&self) -> bool {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
-    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s, prismatic: m/s].
+    /// Yields the joints whose next command must start at the joint's present speed, each with that speed [rad/s, prismatic: m/s].
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
@@ -162,8 +162,8 @@ impl Link {
         }
     }
 
-    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. Its hold (the part that balances the estimated pull)
-    /// does not move the joints.
+    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. The hold, a part of the command that balances the
+    /// pull, does not move the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -208,12 +208,13 @@ impl Link {
         &self.predicted
     }
 
-    /// Returns the time at which the oldest of the arms' last joint states arrived; `None` until the state of each arm is known.
+    /// Returns the time at which the arms' joint states arrived, for the arm whose last joint state is the oldest. Returns `None`
+    /// until the state of each arm is known.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the interval of an arm's joint states if they arrive too rarely for `state_timeout`.
+    /// Returns the interval of an arm's joint states if they arrive too rarely for `state_timeout`; otherwise `None`.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
@@ -224,8 +225,8 @@ impl Link {
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
     }
 
-    /// Returns the number of an arm with two publishers of joint states, and the numbers of both publishers, the earlier publisher
-    /// first. `None` if there is no such arm.
+    /// Returns the number of an arm with two publishers of joint states, and the numbers of the publisher in use and of the other
+    /// one. Returns `None` if there is no such arm.
     pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
         let mut arms = self.arms.iter_mut().enumerate();
         arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
@@ -236,18 +237,18 @@ impl Link {
         self.arms.iter().map(|arm| &arm.figures)
     }
 
-    /// Returns the first arm whose contact is one of `contacts`.
+    /// Returns the first arm whose contact is one of `contacts`; `None` if there is no such arm.
     pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
 
-    /// Returns the number of a joint that does not follow (from 1, arm after arm), if there is one.
+    /// Returns the number of a joint that does not follow (from 1, arm after arm); `None` if all joints follow.
     pub fn lost(&self) -> Option<usize> {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// Returns the number of a joint that moves too far (from 1, arm after arm) and the ratio of its motion to the command, if
-    /// there is one.
+    /// Returns the number of a joint that moves too far (from 1, arm after arm), and its distance divided by the commanded
+    /// distance. Returns `None` if there is no such joint.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;
@@ -255,13 +256,13 @@ impl Link {
         })
     }
 
-    /// Lets the servo try the arms that did not follow again, without waiting.
+    /// Makes the servo try the arms that do not follow again at once.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor by which to scale `target` [rad/s, prismatic: m/s], so that joints that have not yet responded move
-    /// gently.
+    /// Returns the factor by which to scale `target` [rad/s, prismatic: m/s] so that joints that have not yet responded move
+    /// gently. `accelerations` are the joints' acceleration limits [rad/s², prismatic: m/s²].
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {
@@ -274,18 +275,19 @@ impl Link {
         factors.fold(1.0, f64::min)
     }
 
-    /// Returns the time from a command to the joint state that shows its effect \[s\], for the slowest arm.
+    /// Returns the time from a command to the joint state that shows its effect \[s\], for the slowest arm. It is `fixed` if that
+    /// is set, otherwise estimated.
     pub fn latency(&self, fixed: Option<Duration>) -> f64 {
         let estimated = self.arms.iter().map(|arm| arm.latency.total()).fold(0.0, f64::max);
         fixed.map_or(estimated, |latency| latency.as_secs_f64())
     }
 
-    /// Returns the data by which braking before a position limit is computed. The servo has the control period `period` \[s\]. The
-    /// joints have these decelerations [rad/s², prismatic: m/s²], jerks [rad/s³, prismatic: m/s³] and last changes of their
-    /// commands [rad/s, prismatic: m/s].
+    /// Returns the data from which the braking before a position limit is computed. The first argument has one list each, with one
+    /// number per joint: the decelerations [rad/s², prismatic: m/s²], the jerk limits [rad/s³, prismatic: m/s³], and the changes of
+    /// speed by the last command [rad/s, prismatic: m/s]. `period` is the control period \[s\].
     ///
-    /// A command may stay in force for as long as the longest command of the last seconds. Such single delays do not limit the
-    /// law's gain.
+    /// The delay in the result includes the largest recent lateness, because a command may stay in force for as long again. The
+    /// delay that limits the law's gain does not include it.
     pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
         let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
         let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();

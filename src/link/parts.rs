@@ -1,4 +1,5 @@
-//! Joint states that arrive in parts, such as from the driver of a rail and the driver of the arm on it.
+//! Joint states that arrive in parts: some joints in one message, others in another. For example, a rail and the arm on it may have
+//! separate drivers.
 
 use crate::joint_order::check;
 use crate::{JointOrder, JointReading, StateError};
@@ -24,7 +25,7 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Returns the age of the reading at `now` by its stamp.
+    /// Returns the age of the reading at `now` by its stamp; `None` if the stamp is unusable.
     pub fn age(&self, now: Duration) -> Option<Duration> {
         self.stamp_age.map(|age| age + now.saturating_sub(self.at))
     }
@@ -35,12 +36,12 @@ impl Part {
 }
 
 impl Parts {
-    /// Drops all readings, because a single message had all joints of the arm.
+    /// Drops all readings, because a single message contained all joints of the arm.
     pub fn clear(&mut self) {
         self.heard.clear();
     }
 
-    /// Returns whether another publisher has sent one of the joints of `reading` within `timeout`.
+    /// Returns whether another publisher has sent a reading of one of the joints in `reading` within the last `timeout`.
     pub fn is_of_another(
         &self,
         order: &JointOrder,
@@ -55,10 +56,10 @@ impl Parts {
         })
     }
 
-    /// Takes the readings of the arm's joints that are in `reading`.
+    /// Takes the readings of the arm's joints from `reading`.
     ///
     /// # Errors
-    /// A [`StateError`] if a position is not finite or beyond its bounds. No joint is taken then.
+    /// A [`StateError`] if a position is not finite or beyond its bounds. Then no reading is taken.
     pub fn take(
         &mut self,
         order: &JointOrder,
@@ -84,12 +85,12 @@ impl Parts {
         Ok(())
     }
 
-    /// Returns the first joint that has no reading within `timeout`.
+    /// Returns the first joint without a reading within the last `timeout`; `None` if there is no such joint.
     pub fn missing(&self, now: Duration, timeout: Duration) -> Option<usize> {
         self.heard.iter().position(|part| !part.is_some_and(|part| part.is_there(now, timeout)))
     }
 
-    /// Returns the readings of all joints if every joint has a reading that arrived since the last complete joint state.
+    /// Returns the readings of all joints if each of them is newer than the last complete joint state; otherwise `None`.
     pub fn whole(&mut self) -> Option<impl Iterator<Item = Part> + Clone + '_> {
         if !self.heard.iter().flatten().all(|part| part.is_new) {
             return None;

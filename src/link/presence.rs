@@ -16,7 +16,8 @@ pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
 /// An event that revokes earlier requests: the robot appeared, came back, or jumped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Return {
-    /// The event revokes requests made until this time. `None` if no request can be that old.
+    /// The event revokes requests made until this time. If it is `None`, the clock began later than that, so no request is old
+    /// enough.
     pub since: Option<Duration>,
     /// What the robot did.
     pub what: Returned,
@@ -34,7 +35,7 @@ pub enum Returned {
 }
 
 impl Return {
-    /// Returns whether the robot was not present before, so that its speed is unknown.
+    /// Returns whether the robot appeared or came back, so that its speed is unknown.
     pub fn is_of_newcomer(&self) -> bool {
         !matches!(self.what, Returned::IsElsewhere(..))
     }
@@ -42,7 +43,7 @@ impl Return {
 
 /// Two successive joint states, and the motion that the robot may have made between them.
 pub(crate) struct Step<'a> {
-    /// When the previous joint state arrived, if there was one.
+    /// When the previous joint state arrived; `None` if there was no previous one.
     pub before: Option<Duration>,
     pub now: Duration,
     /// The positions in the previous joint state \[rad, prismatic: m\].
@@ -51,8 +52,8 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
-    /// The recently commanded displacements \[rad, prismatic: m\]. If a limit was lowered meanwhile, they may exceed the
-    /// displacements that `speeds` allow.
+    /// The size of the displacement of each joint that was commanded recently \[rad, prismatic: m\]. After a limit was lowered, it
+    /// may exceed the displacement at `speeds`.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
@@ -61,7 +62,8 @@ pub(crate) struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Returns the event if the robot appeared, was away for longer than `timeout`, or moved farther than it can within the time.
+    /// Returns the event if the robot appeared, was away for longer than `timeout`, or moved farther than it can move between the
+    /// two joint states. Otherwise returns `None`.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
         // Before the clock began there was no request that could be revoked.
         let lately = self.now.checked_sub(timeout);

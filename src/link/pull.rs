@@ -19,27 +19,27 @@ use std::time::Duration;
 /// The rate of the estimate if the servo does not balance the pull [1/s].
 const WATCHED: f64 = 5.0;
 
-/// Largest product of rate and delay: half of what the small-gain theorem allows.
+/// Largest product of the estimate's rate and the robot's delay: half of what the small-gain theorem allows.
 const STABLE: f64 = 0.5;
 
 /// The largest estimate of a pull, as a fraction of the joint's largest speed.
 const LARGEST: f64 = 0.2;
-/// The largest rate of change of an estimate [rad/s², prismatic: m/s²]. A faster change is not due to a weight: the joint stands
-/// although it is commanded to move.
+/// The largest rate of change of an estimate [rad/s², prismatic: m/s²]. A faster change is not due to a weight, but to a joint that
+/// stands although it is commanded to move.
 const FASTEST_CHANGE: f64 = 1.0;
 
-/// A joint that is slower than this stands [rad/s, prismatic: m/s].
+/// A joint stands if it is slower than this [rad/s, prismatic: m/s].
 const STANDSTILL: f64 = 0.01;
 
-/// A motion at this speed, or with a change of speed of this size, no longer counts for the estimate [rad/s, prismatic: m/s]. The
-/// weight of slower motions falls linearly from standstill to this speed. In fast or changing motion, an error of the estimated
+/// From this speed on, or from a change of speed of this size on, a motion does not count for the estimate [rad/s, prismatic: m/s].
+/// The weight of slower motions falls linearly from standstill to this speed. In fast or changing motion, an error of the estimated
 /// delay looks like a pull.
 const FAST: f64 = 0.1;
 
 /// The fraction of a joint's acceleration limit that its hold may use.
 const SHARE: f64 = 0.1;
 
-/// A hold that pushes a joint toward a position limit is at most the distance from the limit times this rate [1/s].
+/// The largest hold that pushes a joint toward a position limit, divided by the joint's distance from that limit [1/s].
 const OUTWARD: f64 = 5.0;
 
 /// The estimated pull at the joints of one arm.
@@ -50,9 +50,9 @@ pub(crate) struct Pull {
     speeds: Vec<f64>,
     /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
-    /// Whether the servo has driven the arm since the arm appeared. Until then the hold is 0.
+    /// Whether the servo has driven the arm since the arm appeared. The hold is 0 until the servo drives the arm.
     driven: bool,
-    /// The time until which commands have been compared with the joints' motion.
+    /// The time until which commands have been compared with the joints' motion; `None` if the next comparison starts afresh.
     pub compared: Option<Duration>,
 }
 
@@ -88,7 +88,8 @@ pub(crate) struct Observed {
     pub change: f64,
 }
 
-/// Returns the rate of the estimate [1/s] for the parameter `integral` and a robot that responds after `delay` \[s\].
+/// Returns the rate at which the estimate follows [1/s]. `integral` is the parameter, and `delay` is the time after which the robot
+/// responds \[s\].
 pub(crate) fn observed_at(integral: f64, delay: f64) -> f64 {
     let rate = if integral > 0.0 { integral } else { WATCHED };
     rate.min(STABLE / delay.max(f64::MIN_POSITIVE))
@@ -112,13 +113,13 @@ impl Pull {
         self.release();
     }
 
-    /// Ends the hold until the servo drives the arm again.
+    /// Sets the target of the hold to 0 until the servo drives the arm again.
     pub fn release(&mut self) {
         self.driven = false;
     }
 
-    /// Updates the estimate with the motion of the joints within `passed`. The robot moves at the fraction `factor` of its
-    /// commanded speed. The estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s, prismatic: m/s].
+    /// Updates the estimate with the motion of `joints` within the time `passed` \[s\]. The robot moves at the fraction `factor` of
+    /// its commanded speed. The estimate follows at `rate` [1/s]. `largest` has the joints' speed limits [rad/s, prismatic: m/s].
     pub fn observe(
         &mut self,
         joints: impl Iterator<Item = Observed>,
@@ -145,8 +146,9 @@ impl Pull {
         }
     }
 
-    /// Moves the `hold` of each joint [rad/s, prismatic: m/s] toward the estimate, or toward 0, within the limits on acceleration
-    /// and jerk. The index of the arm's first joint among all joints is `first`. `within` returns the range of each joint's hold.
+    /// Moves the `hold` of each joint [rad/s, prismatic: m/s] toward the estimated pull, or toward 0, within the limits on
+    /// acceleration and jerk. `first` is the index of the arm's first joint among all joints. `within` returns the range of each
+    /// joint's hold.
     pub fn balance(
         &mut self,
         what: Hold,

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The median of this many intervals counts. An outage is a single long interval and does not change the median.
+/// Number of intervals whose median counts. An outage is a single long interval, which does not change the median.
 const KEPT: usize = 5;
 
-/// Joint states are too rare if their interval exceeds this fraction of the timeout: with jitter, some of them then arrive too
-/// late.
+/// Joint states are too rare if their interval exceeds this fraction of the timeout. Because of jitter, some of them would then
+/// arrive after the timeout.
 const LARGEST_PART: f64 = 0.8;
 
 /// The latest intervals of joint states.
@@ -15,7 +15,7 @@ const LARGEST_PART: f64 = 0.8;
 pub(crate) struct Rarity {
     intervals: [Duration; KEPT],
     heard: usize,
-    /// The interval at which joint states became too rare; `None` if they are not.
+    /// The median interval of joint states when they became too rare; `None` while they are not too rare.
     pub interval: Option<Duration>,
 }
 

@@ -12,8 +12,7 @@ const WINDOW: Duration = Duration::from_millis(100);
 /// Least time between two samples.
 const SPACING: Duration = Duration::from_millis(10);
 
-/// If the time between two samples is longer than this, the earlier samples are dropped, because the motion during the gap is
-/// unknown.
+/// Longest time between two samples. If it is exceeded, the earlier samples are dropped, because the motion between is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
 /// Number of samples: those within one window, and the last sample before it.
@@ -28,7 +27,7 @@ struct JointSample {
     positions: Vec<f64>,
 }
 
-/// The displacement of the joints `joints` between two times. The indices are among the joints of all arms.
+/// The displacement of the joints `joints` between two times. `joints` are indices among the joints of all arms.
 pub(crate) struct Displacement<'a> {
     pub joints: Range<usize>,
     pub from: Duration,
@@ -64,7 +63,7 @@ impl Samples {
         self.spare.extend(self.samples.drain(..));
     }
 
-    /// Adds `positions` \[rad, prismatic: m\] at `time` unless the last sample is too recent. Returns whether it added them.
+    /// Adds `positions` \[rad, prismatic: m\] at `time` unless the last sample is too recent. Returns whether it added a sample.
     pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
         if self.samples.back().is_some_and(|last| time > last.time + LONGEST_GAP) {
             self.clear();
@@ -82,7 +81,7 @@ impl Samples {
         true
     }
 
-    /// Returns the displacement over the last window; `None` until a window is full.
+    /// Returns the displacement over the last window; `None` until the samples span a window.
     pub fn displacement(&self) -> Option<Displacement<'_>> {
         let (from, to) = self.ends()?;
         let after = to.after.as_secs_f64();

@@ -11,17 +11,20 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The distance that a joint must be commanded to move within a window before the monitor judges it \[rad, prismatic: m\].
+/// The distance that a joint must be commanded to move within a window before the monitor judges whether it follows \[rad,
+/// prismatic: m\].
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// The monitor reports a joint that moves this many times as far as commanded.
+/// The monitor reports a joint that moves at least this many times as far as commanded.
 const TOO_FAR: f64 = 2.0;
 
-/// An arm that has stopped following `LOSSES` times within `LOSSES_WITHIN` is not tried again.
+/// An arm that has stopped following `LOSSES` times within `LOSSES_WITHIN` has disobeyed too often. The servo does not try it
+/// again.
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// The delays beyond the estimated one with which commands may take effect. The monitor uses the delay that fits best.
+/// The additional delays, beyond the estimated delay, that the monitor considers. It uses the one with which the motion fits the
+/// commands best.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
 /// How long a joint must fail to follow before the arm counts as lost.
@@ -33,16 +36,17 @@ const CREEP: f64 = 1e-3;
 /// After this time without a visible command, the arm must respond again before it counts as following.
 const REST: Duration = Duration::from_millis(300);
 
-/// An arm that does not follow is tried again after this time.
+/// The time after which the servo tries an arm again that does not follow.
 const RETRY: Duration = Duration::from_millis(500);
 
 /// The robot's speed fraction is estimated only if the commanded motion is at least this many times the pull.
 const PULLED: f64 = 4.0;
 
-/// The weight of a new window in the robot's speed fraction.
+/// The weight of a new window in the smoothed speed fraction of the robot.
 const SMOOTHING: f64 = 0.05;
 
-/// The fraction of its commanded distance that a joint has moved: the smallest and the largest fraction over all [`SLACK`]s.
+/// The fraction of its commanded distance that a joint has moved: the smallest and the largest such fraction over all delays of
+/// [`SLACK`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,
@@ -61,7 +65,8 @@ impl Part {
         others: f64::NEG_INFINITY,
     };
 
-    /// Adds one comparison: the joint was commanded to move by `asked` and moved by `moved`. `all` is the comparison of all joints.
+    /// Adds a comparison for one delay: the joint was commanded to move by `asked` and moved by `moved` \[rad, prismatic: m\].
+    /// `all` is the comparison of all joints for that delay.
     fn note(&mut self, asked: f64, moved: f64, all: &Comparison) {
         self.excess = self.excess.min(moved.abs() / asked.abs().max(LEAST_DISTANCE));
         // A small distance proves nothing, so it counts as followed exactly.
@@ -73,8 +78,8 @@ impl Part {
         }
     }
 
-    /// Returns whether the joint moves much less than the other joints. If their motion is unknown, compares with the fraction
-    /// `common`.
+    /// Returns whether the joint moves much less than the other joints, or much too far. If the motion of the others is unknown,
+    /// the fraction `common` takes its place.
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR
@@ -86,16 +91,16 @@ impl Part {
 enum Phase {
     /// The arm stands. Its next command begins a new motion.
     Standing,
-    /// The arm is commanded to move. `fails_since` is when a joint began to fail.
+    /// The arm is commanded to move. `fails_since` is when a joint began to fail; `None` while all joints follow.
     Driven { fails_since: Option<Duration> },
     /// The servo has sent zeros since this time, because the arm does not follow.
     Lost { since: Duration },
 }
 
-/// How an arm disobeys. Joints are counted from 0.
+/// How an arm disobeys its commands. Joints are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disobedience {
-    /// This joint has not obeyed for this time.
+    /// This joint has not followed its commands for this time.
     For(usize, Duration),
     /// This joint stopped following too often.
     Again(usize),
@@ -106,7 +111,7 @@ pub enum Disobedience {
 pub(crate) struct TrackingMonitor {
     phase: Phase,
     departure: Departure,
-    /// When the arm last obeyed, and the joint that does not obey; `None` if all joints obey.
+    /// When the arm last obeyed, and the joint that does not obey; `None` while all joints obey.
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     asked: Vec<f64>,
@@ -116,7 +121,8 @@ pub(crate) struct TrackingMonitor {
     factor: f64,
     /// The times at which the arm stopped following, the latest time first.
     losses: [Option<Duration>; LOSSES],
-    /// When a joint began to move too far, the joint's number (from 0), and the ratio of its motion to the command.
+    /// When a joint began to move too far, the joint's number (from 0), and its distance divided by the commanded distance. `None`
+    /// while no joint moves too far.
     too_far: Option<(Duration, usize, f64)>,
 }
 
@@ -137,7 +143,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Tries the arm again without waiting, because of a new request.
+    /// Makes the servo try the arm again at once, because of a new request.
     pub fn try_again(&mut self) {
         if matches!(self.phase, Phase::Lost { .. }) {
             self.stand();
@@ -156,7 +162,7 @@ impl TrackingMonitor {
         self.disobeys.is_some()
     }
 
-    /// Returns the joint that does not obey, counted from 0, if there is one.
+    /// Returns the joint that does not obey, counted from 0; `None` if all joints obey.
     pub fn lost(&self) -> Option<usize> {
         self.disobeys.map(|(_, joint)| joint)
     }
@@ -176,7 +182,7 @@ impl TrackingMonitor {
         self.factor
     }
 
-    /// Returns how the arm has disobeyed, if it has disobeyed for longer than `timeout` or too often. Then consent is revoked.
+    /// Returns how the arm has disobeyed, if that revokes consent: if it has disobeyed for longer than `timeout`, or too often.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         let (since, joint) = self.disobeys?;
         let time = now.saturating_sub(since);
@@ -189,19 +195,20 @@ impl TrackingMonitor {
         }
     }
 
-    /// Drops the recorded losses, because consent was revoked for them.
+    /// Notes that consent was revoked for the recorded losses, and drops them.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }
 
-    /// Returns the joint that moves too far, counted from 0, and the ratio of its motion to the command.
+    /// Returns the joint that moves too far, counted from 0, and its distance divided by the commanded distance. `None` if no joint
+    /// does.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         let (since, joint, factor) = self.too_far?;
         (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))
     }
 
-    /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
-    /// `acceleration` is its acceleration limit [rad/s², prismatic: m/s²].
+    /// Returns the largest allowed change of the command of joint number `joint` [rad/s, prismatic: m/s]; infinity after the joint
+    /// has responded. `acceleration` is the joint's acceleration limit [rad/s², prismatic: m/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         self.departure.probe(joint, acceleration)
     }
@@ -229,8 +236,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after
-    /// `response`; `pull` acts on its joints [rad/s, prismatic: m/s].
+    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The estimates are that the arm
+    /// responds after the time `response`, and that `pull` acts on its joints [rad/s, prismatic: m/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -252,8 +259,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`, and responds after `response`; `pull`
-    /// acts on its joints [rad/s, prismatic: m/s].
+    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`. The estimates are that it responds after
+    /// the time `response`, and that `pull` acts on its joints [rad/s, prismatic: m/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,
@@ -310,7 +317,7 @@ impl TrackingMonitor {
         self.departure.note_speeds(distances.map(|(asked, moved)| (asked / seconds, moved / seconds)));
     }
 
-    /// Finds the joint that exceeds its commanded distance most.
+    /// Finds the joint whose distance exceeds the commanded distance most.
     fn watch_excess(&mut self, now: Duration) {
         let parts = self.parts.iter().map(|part| part.smallest).enumerate();
         let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));
@@ -319,8 +326,8 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Makes the servo send zeros for a while, because `joint` has not obeyed since `since`. `counts` tells whether this counts as
-    /// one of the [`LOSSES`].
+    /// Makes the servo send zeros for a while, because `joint` has not obeyed since `since`. If `counts` is true, this is one of
+    /// the [`LOSSES`].
     fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));

@@ -1,4 +1,4 @@
-//! The figures of a motion, and their names in statuses and files.
+//! The figures of a motion (numbers such as its settling time), and their names in statuses and files.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,13 +10,14 @@ macro_rules! figures {
         pub struct Figures { $($(#[$doc])* #[serde(rename = $name)] pub $field: $kind,)* }
 
         impl Figures {
-            /// Yields each figure with its name; `None` for a figure that is not known yet.
+            /// Yields each figure with its name. The value is `None` if the figure is not known, for example because the motion has
+            /// not settled yet.
             pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
                 [$(($name, Option::from(self.$field)),)*].into_iter()
             }
 
-            /// Builds the figures from the values that `value` returns for their names. A missing figure is `None`, or 0 if its
-            /// type is not an `Option`.
+            /// Builds the figures. `value` returns the value for a figure's name, or `None` if there is no value. The figure is
+            /// then `None`, or 0 if its type is not an `Option`.
             pub fn from_named(value: impl Fn(&str) -> Option<f64>) -> Self {
                 Self { $($field: Named(value($name)).into(),)* }
             }
@@ -24,7 +25,7 @@ macro_rules! figures {
     };
 }
 
-/// The value of a figure, for conversion to its type.
+/// The value of a figure, or `None`. It is converted to the type of the figure.
 struct Named(Option<f64>);
 
 impl From<Named> for Option<f64> {
@@ -42,11 +43,12 @@ impl From<Named> for f64 {
 figures! {
     /// Time since the goal was taken \[s\].
     elapsed: f64 = "elapsed_s",
-    /// The time from which the angle to the goal stays below 2 % of its initial value \[s\].
+    /// The time from which the angle to the goal stays below 2 % of its initial value \[s\]; `None` while the angle is larger.
     settling_time_rotation: Option<f64> = "settling_time_2_percent_rotation_s",
-    /// The time from which the distance to the goal stays below 2 % of its initial value \[s\].
+    /// The time from which the distance to the goal stays below 2 % of its initial value \[s\]; `None` while the distance is
+    /// larger.
     settling_time_position: Option<f64> = "settling_time_2_percent_position_s",
-    /// The time at which the goal tolerances were first met \[s\].
+    /// The time at which the goal tolerances were first met \[s\]; `None` if they have not been met.
     arrival_time: Option<f64> = "arrival_time_s",
     /// Length of the tool's path so far \[m\].
     path_length: f64 = "path_length_m",
@@ -65,14 +67,14 @@ figures! {
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",
-    /// The smallest singular value of the controlled Jacobian; `None` if it was not computed.
+    /// The smallest singular value of the controlled pose's Jacobian during the motion; `None` if it was not computed.
     smallest_singular_value: Option<f64> = "min_singular_value",
     /// Number of times that the motion stalled.
     stalls: f64 = "stalls",
 }
 
 impl Figures {
-    /// Returns the later of the two settling times to 2 % \[s\].
+    /// Returns the later of the two settling times to 2 % \[s\]; `None` unless both errors have settled.
     pub fn settling_time(&self) -> Option<f64> {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }

@@ -1,4 +1,4 @@
-//! The error of a tool with respect to its goal, and the error that counts as arrived.
+//! The error of a tool with respect to its goal, and the tolerance within which the tool has arrived.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::ArmState;
@@ -19,7 +19,7 @@ pub struct Tolerance {
     pub angular: f64,
 }
 
-/// The distance from the goal. Components that the [`Aim`] leaves free do not count.
+/// The distance of the tool from its goal, and the angle between them. Components that the [`Aim`] leaves free do not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GoalError {
     /// Distance \[m\].
@@ -29,8 +29,8 @@ pub struct GoalError {
 }
 
 impl GoalError {
-    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen. Only the components
-    /// of `aim` count.
+    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, in the components of `aim` only. The sign of the
+    /// goal's quaternion matters: if it demands the longer rotation, the angle exceeds π.
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let tool = arm.base_from_tool();
         Self {

@@ -1,4 +1,4 @@
-//! Measures the figures of a motion. The project defines each figure only here.
+//! Measures the figures of a motion: numbers such as its settling time. The project defines each figure only here.
 //!
 //! | figure | formula, for samples k at times t_k |
 //! |---|---|
@@ -15,10 +15,10 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A component has settled when its error stays below this fraction of its initial value (paper §3, §8: 2 %).
+/// The error (position or rotation) has settled when it stays below this fraction of its initial value (paper §3, §8: 2 %).
 const SETTLING_BAND: f64 = 0.02;
 
-/// Measures when one component of the error settles.
+/// Measures when one error, of position or of rotation, settles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settling {
     band: f64,
@@ -27,8 +27,8 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// Creates the measurement. The component counts as settled within a band of 2 % of `reference` (the initial error, or a final
-    /// value), but at least `tolerance`.
+    /// Creates the measurement. The error counts as settled while it is at most 2 % of `reference`, or at most `tolerance` if that
+    /// is larger. `reference` is the initial error or a final value.
     pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
             band: (SETTLING_BAND * reference.abs()).max(tolerance),
@@ -58,8 +58,8 @@ pub struct MotionMeter {
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
-    /// The start of the line for the overshoot: the tool's position when the goal last moved or, if it never moved, at the start
-    /// of the motion.
+    /// The tool's position when the goal last moved or, if the goal never moved, at the start of the motion. Overshoot is measured
+    /// along the line from this position to the goal.
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<LastSample>,
@@ -77,11 +77,12 @@ struct LastSample {
     speed_squared: f64,
 }
 
-/// The path ratio is computed only if the ends of the path are at least this far apart \[m\].
+/// The least distance between the ends of the path for which the path ratio is computed \[m\].
 const APART: f64 = 1e-3;
 
 impl MotionMeter {
-    /// Begins at time `now` with the tool at `point` \[m\] and the goal at `goal_point` \[m\]. `error` is the tool's error.
+    /// Begins at time `now` with the tool at `point` \[m\], the goal at `goal_point` \[m\], and the tool's `error` with respect to
+    /// the goal.
     pub fn begin(
         now: Duration,
         point: Vector3<f64>,
@@ -102,7 +103,7 @@ impl MotionMeter {
         }
     }
 
-    /// Computes the effort for velocities that change continuously, as in a simulation in continuous time.
+    /// Makes this meter compute the effort for velocities that change continuously, as in a simulation in continuous time.
     #[must_use]
     pub fn of_continuous_velocities(mut self) -> Self {
         self.continuous = true;
@@ -117,7 +118,8 @@ impl MotionMeter {
         }
     }
 
-    /// Adds a sample: the tool at `point` \[m\], its error, and the commanded joint velocities [rad/s, prismatic: m/s].
+    /// Adds a sample at time `now`: the tool at `point` \[m\], its error, and the commanded joint velocities `theta_dot` [rad/s,
+    /// prismatic: m/s].
     pub fn update(&mut self, now: Duration, point: Vector3<f64>, error: &GoalError, theta_dot: &[f64]) {
         let elapsed = now.saturating_sub(self.started);
         self.rotation.update(elapsed, error.rotation);
@@ -146,7 +148,7 @@ impl MotionMeter {
         self.last = Some(LastSample { time: now, point, speed_squared });
     }
 
-    /// Adds the smallest singular value of the controlled Jacobian at the present joint positions.
+    /// Adds `sigma`, the smallest singular value of the Jacobian of the controlled pose at the present joint positions.
     pub fn see_singular_value(&mut self, sigma: f64) {
         let smallest = self.figures.smallest_singular_value.map_or(sigma, |smallest| smallest.min(sigma));
         self.figures.smallest_singular_value = Some(smallest);
@@ -162,7 +164,7 @@ impl MotionMeter {
         self.figures.arrival_time.get_or_insert(self.figures.elapsed);
     }
 
-    /// Returns the figures so far.
+    /// Returns the figures of the motion so far.
     pub fn figures(&self) -> Figures {
         self.figures
     }

@@ -12,10 +12,10 @@ use dq_limits::PositionLimits;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// The least speed of an escape, as the norm over all joints [rad/s, prismatic: m/s].
+/// The least speed of an escape [rad/s, prismatic: m/s]: the norm of all joint velocities.
 pub const ESCAPE_SPEED: f64 = 0.3;
 
-/// The least curvature of the error at which there is an escape, as a fraction of the squared error. If two joints have to move to
+/// The least curvature of the error, as a fraction of the squared error, that counts as an escape. If two joints must move to
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
@@ -42,18 +42,19 @@ pub enum FoundEscape {
 pub struct EscapeDirection(DVector<f64>);
 
 impl EscapeDirection {
-    /// Raises the component of `theta_dot` [rad/s, prismatic: m/s] along the direction to the least speed of an escape.
+    /// Raises the component of `theta_dot` [rad/s, prismatic: m/s] in this direction to the least speed of an escape.
     pub fn lead(&self, theta_dot: &mut [f64]) {
         let missing = (ESCAPE_SPEED - self.along(theta_dot)).max(0.0);
         theta_dot.iter_mut().zip(&self.0).for_each(|(speed, part)| *speed += missing * part);
     }
 
-    /// Returns the component of `values`, one per joint, along the direction.
+    /// Returns the component of `values`, one number per joint, in this direction.
     pub fn along(&self, values: &[f64]) -> f64 {
         self.0.iter().zip(values).map(|(part, value)| part * value).sum()
     }
 
-    /// Returns the first joint that the escape moves noticeably toward a nearby position limit.
+    /// Returns the first joint that the escape would move noticeably toward a position limit nearby; `None` if there is no such
+    /// joint.
     fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
         let mut joints = self.0.iter().zip(theta).enumerate();
         joints.find_map(|(joint, (part, angle))| {
@@ -69,11 +70,11 @@ pub struct Freedom {
     pub error: f64,
     /// The fraction of the error that the joints can reduce, `|Jᵀ e| / |e|`.
     pub part: f64,
-    /// The relative rate at which the error falls along the last escape [1/rad].
+    /// The rate at which the error falls along the last escape, relative to the error [1/rad].
     pub fall: f64,
 }
 
-/// Finds escapes. Owns the buffers that this takes.
+/// Finds escapes. It owns the buffers for this computation.
 pub struct Escape {
     /// The direction of the last escape that was found.
     pub direction: EscapeDirection,
@@ -84,7 +85,7 @@ pub struct Escape {
 }
 
 impl Escape {
-    /// Creates the finder. `trial` is used to compute the kinematics at trial configurations.
+    /// Creates the finder. `trial` are the arms whose kinematics the finder computes at trial configurations.
     pub fn new(trial: Arms) -> Self {
         let joints = trial.joint_count();
         let direction = EscapeDirection(DVector::zeros(joints));
@@ -96,7 +97,7 @@ impl Escape {
         self.trial.set_tool_offset(tool_offset);
     }
 
-    /// Returns how far the joints of `arm` are free to reduce the error.
+    /// Returns how far the motion of the joints of `arm` can reduce the law's error.
     pub fn freedom(&mut self, arm: &ArmState, controller: &Controller, goal: &UnitDualQuaternion) -> Freedom {
         let error = controller.steepest_descent(arm, goal, &mut self.descent);
         let descent = self.descent.iter().map(|slope| slope * slope).sum::<f64>().sqrt();

@@ -19,23 +19,24 @@ pub const STARTS: u32 = 256;
 /// Largest number of steps from one start. A start that needs more steps converges slowly or never.
 const STEPS: u32 = 60;
 
-/// Largest step of a joint \[rad, prismatic: m\]. Within it the linearization holds.
+/// Largest step of a joint \[rad, prismatic: m\]. The linearization is good enough for a step up to this size.
 const LONGEST_STEP: f64 = 0.5;
 
-/// λ of the damped inverse is this fraction of the error, and so is the singular value σ₀ below which it damps. `DAMPINGS` limits
-/// both.
+/// The damped inverse has this fraction of the error as its λ, and also as the singular value σ₀ below which damping begins.
+/// `DAMPINGS` limits both.
 const DAMPING: f64 = 0.3;
 
-/// The first number is the largest λ and the largest σ₀. The second number is added to both.
+/// The first number is the upper limit of λ and of σ₀. Then the second number is added to both.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
-/// The search counts the goal as reached within this fraction of the goal tolerance, so that the law settles at these positions.
+/// The fraction of the goal tolerance within which the search counts the goal as reached. It is less than 1, so that the law
+/// settles at the positions found.
 const CLOSE: f64 = 0.1;
 
 /// The range of a prismatic joint without limits, on each side of its position \[m\].
 const SLIDE: f64 = 1.0;
 
-/// The question of a search: the goal, and the arms that are to reach it.
+/// The task of a search: the goal, and the present state and limits of the arms that are to reach it.
 #[derive(Clone, Copy, Debug)]
 pub struct Question<'a> {
     /// The pose of the tool in the base frame that the arms are to reach; for two arms, see [`Arms::pose`].
@@ -48,20 +49,20 @@ pub struct Question<'a> {
     pub tool_offset: &'a UnitDualQuaternion,
     /// The present joint positions \[rad, prismatic: m\].
     pub from: &'a [f64],
-    /// The position limits, which the result obeys, and the largest joint speeds, which give the travel times.
+    /// The limits. The result is within the position limits, and the largest joint speeds determine the travel times.
     pub limits: &'a Limits,
 }
 
 /// A search for joint positions that reach a goal: its question, its buffers and its result.
 pub struct Search {
-    /// When the servo asked; `None` before the first question.
+    /// The time at which the servo asked the question; `None` before the first question.
     asked: Option<Duration>,
     goal: UnitDualQuaternion,
     aim: Aim,
     tolerance: Tolerance,
     limits: PositionLimits,
-    /// The largest speed of each joint [rad/s, prismatic: m/s]. The search divides displacements by these speeds, to compare them
-    /// as travel times.
+    /// The largest speed of each joint [rad/s, prismatic: m/s]. Divided by these speeds, displacements become travel times, which
+    /// the search compares.
     speeds: Vec<f64>,
     /// The joint positions of the arm \[rad, prismatic: m\].
     from: Vec<f64>,
@@ -71,7 +72,7 @@ pub struct Search {
     positions: Vec<f64>,
     step: Vec<f64>,
     starts: u32,
-    /// The positions found so far that the arm reaches in the shortest time.
+    /// The positions with the shortest travel time among those found so far \[rad, prismatic: m\].
     nearest: Vec<f64>,
     /// The travel time to `nearest` \[s\].
     shortest: f64,
@@ -80,7 +81,7 @@ pub struct Search {
 /// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found<'a> {
-    /// When the servo asked, by the cycle's clock.
+    /// The time at which the servo asked the question, by the clock of the cycles.
     pub asked: Duration,
     /// The number of starts that the search has tried.
     pub starts: u32,
@@ -90,7 +91,7 @@ pub struct Found<'a> {
 }
 
 impl Search {
-    /// Creates a search for these arms, without a question yet.
+    /// Creates a search for these arms. It has no question yet.
     pub fn new(arms: Arms) -> Self {
         let joints = arms.joint_count();
         let zeros = vec![0.0; joints];
@@ -112,7 +113,7 @@ impl Search {
         }
     }
 
-    /// Returns the time at which the servo asked; `None` before the first question.
+    /// Returns the time at which the servo asked the question; `None` before the first question.
     pub fn asked(&self) -> Option<Duration> {
         self.asked
     }
@@ -129,7 +130,7 @@ impl Search {
         (self.starts, self.shortest) = (0, f64::INFINITY);
     }
 
-    /// Searches from up to `most` starts, as long as `goes_on` returns true. Allocates nothing.
+    /// Tries starts until `most` starts have been tried since the question, or `goes_on` returns false. Allocates nothing.
     pub fn run(&mut self, most: u32, mut goes_on: impl FnMut() -> bool) {
         while self.starts < most && goes_on() {
             self.start();
@@ -166,7 +167,7 @@ impl Search {
         }
     }
 
-    /// Reduces the error from the present positions. Returns whether the positions found reach the goal.
+    /// Reduces the error, beginning at the trial positions. Returns whether the goal is reached at the positions found.
     fn reaches_goal(&mut self) -> bool {
         let (goal, aim, limits) = (&self.goal, self.aim, &self.limits);
         let Tolerance { linear, angular } = self.tolerance;
@@ -192,8 +193,8 @@ impl Search {
         false
     }
 
-    /// Keeps the positions if the arm reaches them sooner than all positions before. First shifts revolute joints by whole turns to
-    /// the nearest equal position within their limits.
+    /// Stores the positions found if their travel time is shorter than that of all positions before. First shifts each revolute
+    /// joint by whole turns, within its limits, to the equal position nearest to the arm.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;

@@ -14,8 +14,9 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// The distance of a goal from the arm, and the reach of the arm \[m\]. Both lengths count from the arm's foot. If the foot slides,
-/// they count from the foot's position that is nearest to the goal.
+/// The distance of a goal from the arm's foot, and an upper bound of the arm's reach from there \[m\]. The foot is the base. If it
+/// slides, its position nearest to the goal counts. For two arms, the lengths are the distance between the tools at the goal, and
+/// an upper bound of the distance between the tools.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// The distance of the goal.
@@ -25,7 +26,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Returns whether the links are too short to reach the goal within `tolerance` \[m\].
+    /// Returns whether the goal cannot be reached within `tolerance` \[m\] because the links are too short.
     pub fn is_beyond(&self, tolerance: f64) -> bool {
         self.goal > self.longest + tolerance
     }
@@ -105,7 +106,8 @@ impl Arms {
         self.chains().flat_map(|chain| chain.kinds().iter().copied()).collect()
     }
 
-    /// Sets the offset of each arm's tool in its tool frame. The offset applies from the next [`evaluate`](Self::evaluate) on.
+    /// Sets the tool offset of each arm: the pose of the tool in the frame that it has without an offset. The offset applies from
+    /// the next [`evaluate`](Self::evaluate) on.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.left.chain.set_tool_offset(tool_offset);
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));
@@ -148,7 +150,7 @@ impl Arms {
         if is_tool_frame { tool } else { tool * offset.inverse() }
     }
 
-    /// Returns the speed of the fastest tool at joint velocities `theta_dot` [rad/s, prismatic: m/s].
+    /// Returns the speed of the fastest tool. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);
@@ -158,8 +160,8 @@ impl Arms {
         ToolSpeed { linear: left.linear.max(right.linear), angular: left.angular.max(right.angular) }
     }
 
-    /// Returns the distance of the goal's position and the reach of the links \[m\]. The joints are within these `ranges` [rad,
-    /// prismatic: m], arm after arm.
+    /// Returns the distance of the goal and the reach of the links, for a goal at `goal_point` \[m\]. The joints stay within
+    /// `ranges` \[rad, prismatic: m\], arm after arm.
     pub fn reach(
         &self,
         goal_point: &Vector3<f64>,

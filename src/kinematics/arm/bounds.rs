@@ -1,4 +1,4 @@
-//! Bounds of numbers from outside.
+//! Bounds of numbers that come from users and messages.
 //!
 //! A law multiplies several lengths, squares of lengths, and a gain. So finite but huge numbers could become infinite or NaN on
 //! the way to the command. The bounds keep every such product smaller than the largest `f64` by a factor of about 1e200. The
@@ -8,7 +8,8 @@ use super::ArmError;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
-/// Bound of lengths: of links, of bases, of goals \[m\]. The largest arms, on cranes and space stations, span 20 m to 100 m.
+/// Bound of the lengths of links, of the positions of bases, and of the positions of goals \[m\]. The largest arms, on cranes and
+/// space stations, span 20 m to 100 m.
 pub const LENGTH: f64 = 1e3;
 
 /// Bound of requested tool speeds [m/s, rad/s]. Requests below this bound are scaled to the speed limits of the arm.
@@ -57,7 +58,7 @@ impl NumberError {
     }
 }
 
-/// Checks that `values` are finite and at most `bound` in size. `field` and `unit` are their name and unit in the error.
+/// Checks that `values` are finite and at most `bound` in size. The error names them by `field`, with `unit`.
 ///
 /// # Errors
 /// [`NumberError`] for the first invalid value.

@@ -9,7 +9,7 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// Two axes count as perpendicular if the dot product of their directions is at most this.
+/// Two axes count as perpendicular if the size of the dot product of their directions is at most this.
 const SQUARE: f64 = 1e-9;
 
 /// A serial arm with any number of revolute and prismatic joints.
@@ -18,16 +18,16 @@ const SQUARE: f64 = 1e-9;
 /// after a fixed transform. A fixed transform to the tool follows the last joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// For each joint, the transform from link i−1 (or the base) to the frame in which the joint turns about z or slides along z,
-    /// at position 0.
+    /// For each joint at position 0, its frame relative to the previous link or the base. The joint turns about z or slides along z
+    /// of this frame.
     before_joint: Vec<Isometry3<f64>>,
     /// The kind of motion of each link relative to the previous link.
     pub(super) link_kinds: Vec<JointKind>,
-    /// The joints that drive the links; `None` if each link has its own joint.
+    /// The joint that moves each link; `None` if each link has its own joint.
     pub(super) drivers: Option<Drivers>,
-    /// The tool without its offset, in the frame of the last link; `None` if the tool has the frame of the last link.
+    /// The frame of the tool without its offset (the flange), relative to the last link; `None` if it is the last link's frame.
     last_link_from_flange: Option<Isometry3<f64>>,
-    /// The tool in the frame of the last link; `None` if the tool has the frame of the last link.
+    /// The frame of the tool, relative to the last link; `None` if it is the last link's frame.
     last_link_from_tool: Option<Isometry3<f64>>,
     tool_offset: UnitDualQuaternion,
     /// The links in pairs.
@@ -64,7 +64,7 @@ impl Chain {
         Ok(Self::of(before, vec![JointKind::Revolute; rows.len()], last_link_from_tool))
     }
 
-    /// Creates a chain from joints, base first, and the tool in the last joint's frame.
+    /// Creates a chain from joints, base first. `last_joint_from_tool` is the pose of the tool in the last joint's frame.
     ///
     /// # Errors
     /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] or [`ArmError::OutOfRange`]. An axis of zeros also gives
@@ -139,12 +139,12 @@ impl Chain {
         self.kinds().len()
     }
 
-    /// Returns the number of links that move. This is the number of joints, or more if joints drive more than one link.
+    /// Returns the number of links that move. It is the number of joints, or more if a joint moves several links.
     pub fn link_count(&self) -> usize {
         self.before_joint.len()
     }
 
-    /// Returns the same arm with its base at `world_from_base`. The world is then the arm's base frame.
+    /// Returns the same arm with its base at `world_from_base`. The arm's base frame is then the world.
     pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
         if let Some(first) = self.before_joint.first_mut() {
             *first = world_from_base.frame() * *first;
@@ -153,7 +153,8 @@ impl Chain {
         self.with_links()
     }
 
-    /// Sets the tool offset: `flange_from_tool`. The flange is the frame of the tool without an offset.
+    /// Sets the tool offset: the pose of the tool relative to the flange. The flange is the frame that the tool has without an
+    /// offset.
     pub fn set_tool_offset(&mut self, flange_from_tool: &UnitDualQuaternion) {
         self.tool_offset = *flange_from_tool;
         let flange = self.last_link_from_flange;
@@ -163,7 +164,7 @@ impl Chain {
         };
     }
 
-    /// Returns the tool offset: the pose of the tool in the frame that the tool has without an offset.
+    /// Returns the tool offset: the pose of the tool relative to the flange, the frame that the tool has without an offset.
     pub fn tool_offset(&self) -> &UnitDualQuaternion {
         &self.tool_offset
     }
@@ -173,15 +174,17 @@ impl Chain {
         self.base_point
     }
 
-    /// Returns an upper bound of the distance from the arm's base to its tool \[m\], with joints in these ranges [rad, prismatic:
-    /// m]. A prismatic joint without a range counts as fixed at 0.
+    /// Returns an upper bound of the distance from the arm's base to its tool \[m\] while the joints are within `ranges` \[rad,
+    /// prismatic: m\]. A prismatic joint without a range counts as fixed at 0.
     pub fn reach(&self, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
         self.length_from(0, self.link_ranges(ranges))
     }
 
-    /// Returns the distance of `point` from the nearest position that the arm's foot can have, and an upper bound of the distance
-    /// from there to the tool \[m\]. The joints are in these ranges \[rad, prismatic: m\]. Prismatic joints move the foot if they are
-    /// perpendicular to each other and come before any revolute joint.
+    /// Returns two lengths \[m\] for joints within `ranges` \[rad, prismatic: m\]. The first is the distance of `point` from the
+    /// nearest position that the arm's foot can have. The second is an upper bound of the distance from the foot to the tool.
+    ///
+    /// The foot is the base, unless prismatic joints move it. These joints come before any revolute joint, and are perpendicular to
+    /// each other.
     pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
         let ranges = self.link_ranges(ranges);
         let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
@@ -208,7 +211,7 @@ impl Chain {
     }
 
     /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\]. The length includes the travel
-    /// of prismatic links within these `ranges` of the links.
+    /// of prismatic links within `ranges`, the ranges of all links.
     fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
         let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
         let lengths = self
@@ -240,7 +243,7 @@ impl Chain {
         Ok(UnitDualQuaternion::from_parts(rotation, point))
     }
 
-    /// Returns `base_from_link` of each link: the frame that moves with joint i. Its z axis is the joint's axis.
+    /// Returns `base_from_link` for each link. Link i moves with joint i, and its z axis is the axis of joint i.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
@@ -251,8 +254,8 @@ impl Chain {
         Ok(links)
     }
 
-    /// Calls `each` with the frames of [`link_poses`](Self::link_poses), base first. Ends at the first link for which `theta` has
-    /// no number. Does not allocate.
+    /// Calls `each` with the frames of [`link_poses`](Self::link_poses), base first. If `theta` is too short, ends at the first
+    /// link without a joint position. Does not allocate.
     pub fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(&Isometry3<f64>)) {
         let mut frame = Isometry3::identity();
         for (before, (coupling, kind)) in self.before_joint.iter().zip(self.couplings()) {
@@ -308,8 +311,8 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with pairs of successive links, base first. `each` gets the frames of two links, which move about or along
-    /// their z axes. The links are at `positions`. Returns the last link.
+    /// Calls `each` with pairs of successive links, base first. `each` gets the two frames, which move about or along their z axes.
+    /// The links are at `positions`. Returns the frame of the last link.
     ///
     /// This is fast because the half turns of the next pair are computed while this pair is multiplied.
     #[inline]
@@ -342,13 +345,13 @@ impl Chain {
         end
     }
 
-    /// Returns the tool in the frame of the last link.
+    /// Returns the pose of the tool relative to the last link.
     pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
         let (rotation, point) = ChainEnd::turned(0.0).tool(self.last_link_from_tool.as_ref());
         UnitDualQuaternion::from_parts(rotation, point)
     }
 
-    /// Returns each joint's frame at θ = 0 in the frame of the previous link or the base, base first.
+    /// Returns the pose of each joint at position 0 relative to the previous link or the base, base first.
     pub fn parent_from_joint(&self) -> Vec<UnitDualQuaternion> {
         self.before_joint.iter().map(|frame| (*frame).into()).collect()
     }
@@ -373,9 +376,9 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
 }
 
-/// Returns a rotation that takes z to `direction`. If `direction` points upward, this is the shortest such rotation. Otherwise it
-/// is a half turn about x, followed by the shortest rotation from −z. The rotation is accurate to rounding everywhere, whereas a
-/// formula with the arc cosine is inaccurate near the poles.
+/// Returns a rotation that takes z to `direction`. If `direction` points upward, the result is the shortest such rotation.
+/// Otherwise the result is a half turn about x, followed by the shortest rotation from −z. The result is accurate to rounding
+/// everywhere, whereas a formula with the arc cosine is inaccurate near the poles.
 fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     let (x, y, z) = (direction.x, direction.y, direction.z);
     UnitQuaternion::new_normalize(match z >= 0.0 {

@@ -1,4 +1,5 @@
-//! Chains in which a joint drives several links, such as the mimic joints of palletizers and linkages.
+//! Chains in which a joint moves several links, such as the mimic joints of palletizers and linkages. The joint is the *driver* of
+//! each of these links.
 
 use super::link::ChainEnd;
 use super::pair::{Motions, ZEROS, twice, two};
@@ -6,10 +7,11 @@ use super::{ArmError, Chain, JointKind};
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// How a link moves relative to the previous link: linearly with the position of its driver, `ratio · θ + offset`.
+/// How a link moves relative to the previous link. If θ is the position of the link's driver, the link's position is `ratio · θ +
+/// offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// The joint that drives the link, counted from 0.
+    /// The index of the joint that moves the link (its driver), counted from 0.
     pub driver: usize,
     /// The link's speed divided by the driver's speed.
     pub ratio: f64,
@@ -29,17 +31,17 @@ impl Coupling {
     }
 }
 
-/// The joints of a chain with mimic joints.
+/// The joints that move the links of a chain with mimic joints. A joint may move several links.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Drivers {
-    /// The kind of each driver.
+    /// The kind of each joint.
     pub kinds: Vec<JointKind>,
-    /// The coupling of each link, base first.
+    /// For each link, base first, the joint that moves it, and by how much.
     pub couplings: Vec<Coupling>,
 }
 
 impl Drivers {
-    /// Yields the positions of the links in pairs, for the joint positions `theta`.
+    /// Yields the positions of the links in pairs, if the joints are at `theta`. A missing second link has the position 0.
     pub fn positions(&self, theta: &[f64]) -> impl Iterator<Item = f64x2> {
         let at = |coupling: &Coupling| coupling.at(theta[coupling.driver]);
         self.couplings.chunks(2).map(move |both| two(&[at(&both[0]), both.get(1).map_or(0.0, at)]))
@@ -47,11 +49,13 @@ impl Drivers {
 }
 
 impl Chain {
-    /// Returns the chain with joints of these `kinds`, which drive all links: `θ = C θ_a + c`. `couplings` has a row of C and c for
-    /// each link, base first. The chain then has one joint per driver, and the Jacobian `J C`.
+    /// Returns the chain moved by joints of these `kinds`, which may be fewer than its links. `couplings` has one entry per link,
+    /// base first. The links are then at `θ = C θ_a + c` if the joints are at `θ_a`: row i of C and c is the coupling of link i.
+    /// The new chain has the Jacobian `J C`.
     ///
     /// # Errors
-    /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a driver is missing.
+    /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a coupling names a joint that does
+    /// not exist.
     pub fn driven_by(mut self, kinds: Vec<JointKind>, couplings: Vec<Coupling>) -> Result<Self, ArmError> {
         let check = |what, expected, got, is_valid| match is_valid {
             true => Ok(()),
@@ -72,7 +76,8 @@ impl Chain {
         self.link_kinds.iter().enumerate().map(move |(link, kind)| (of(link), *kind))
     }
 
-    /// Yields the range of each link if the joints are within these `ranges`; (0, 0) for a joint without a range.
+    /// Yields the range of each link's position if the joints stay within `ranges`. A joint without an entry in `ranges` counts as
+    /// fixed at 0.
     pub(super) fn link_ranges(
         &self,
         ranges: impl Iterator<Item = (f64, f64)> + Clone,
@@ -83,8 +88,8 @@ impl Chain {
             (one.min(other), one.max(other))
         })
     }
-    /// Sets `motions` to the motion that each joint gives to the point of the tool that is at the base's origin: the sum over the
-    /// links that the joint drives. Returns the last link.
+    /// Sets `motions` to the motion that each joint gives to the point of the tool that is at the base's origin. This is the sum of
+    /// the motions by all links that the joint moves. Returns the frame of the last link.
     pub(super) fn evaluate_driven(
         &self,
         drivers: &Drivers,

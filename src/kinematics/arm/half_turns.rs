@@ -3,18 +3,19 @@
 use std::f64::consts::FRAC_1_PI;
 use wide::{bytemuck, f64x2, u64x2};
 
-/// Largest angle \[rad\] for which `PI_LONG` times the number of half turns is exact.
+/// Largest angle \[rad\] for which the product of `PI_LONG` and the number of half turns has no rounding error.
 const LARGEST: f64 = 1e6;
 
-/// The long part of π. It has so few digits that its product with a number of half turns is exact.
+/// The leading part of π. The last bits of its mantissa are 0, so that its product with a number of half turns has no rounding
+/// error.
 const PI_LONG: f64 = 3.141_592_621_803_283_7;
-/// The rest of π, which `PI_LONG` leaves out.
+/// The rest of π: `PI_LONG + PI_SHORT` is π.
 const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 
 /// Adding and then subtracting this number, 1.5·2⁵², rounds to an integer. The last bit of the sum is the last bit of that integer.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Returns the cosines and sines of `½θ + offset` of two angles θ \[rad\]. Each offset is at most π.
+/// Returns the cosines and sines of `½θ + offset` for two angles θ \[rad\], each with its own offset of at most π.
 ///
 /// This is fast because both angles take the same steps in one register, without a branch. With libm's `sin_cos`, which computes
 /// one angle after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset =

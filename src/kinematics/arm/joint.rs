@@ -34,12 +34,12 @@ impl JointKind {
     }
 }
 
-/// A joint of a chain, as a robot description gives it.
+/// A joint of a chain, as a robot description such as URDF defines it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// The kind of the joint.
     pub kind: JointKind,
-    /// The joint's frame at position 0, in the frame of the previous joint or the base.
+    /// The joint's frame at position 0, relative to the frame of the previous joint or the base.
     pub parent_from_joint: UnitDualQuaternion,
     /// The joint's axis, in its own frame.
     pub axis: Unit<Vector3<f64>>,

@@ -5,8 +5,8 @@ use super::pair::side_by_side;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// A fixed transform before a joint, `Rz(γ) T(offset) Rx(α) Rz(φ)`, without its rotations about z. The previous joint's angle
-/// includes γ, and this joint's angle includes φ. So only a rotation about x and one about z remain to be multiplied.
+/// The fixed transform before a joint, `Rz(γ) T(offset) Rx(α) Rz(φ)`, without its rotations about z. The angle of the previous
+/// joint includes γ, and the angle of this joint includes φ. So each joint takes only a rotation about x and a rotation about z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Link {
     /// `cos ½α`, in both halves of the register.
@@ -18,7 +18,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Returns the link of a fixed transform, and the half angles ½γ and ½φ \[rad\].
+    /// Splits a fixed transform into a link and the half angles ½γ and ½φ \[rad\].
     ///
     /// Let `(w, x, y, z)` be the transform's quaternion. Then `½γ + ½φ` is the angle of the vector (w, z), and `½γ − ½φ` the angle
     /// of the vector (x, y). The lengths of the vectors are `cos ½α` and `sin ½α`. If a length is 0, the angle is arbitrary.
@@ -41,7 +41,7 @@ pub(super) struct LinkPair {
     pub links: [Link; 2],
     /// The half angles that the links add to the joints' half angles \[rad\].
     pub half_angles: f64x2,
-    /// The kinds of the joints; `None` if there are two joints, both revolute.
+    /// The kinds of the joints; `None` for the usual case of two revolute joints.
     pub kinds: Option<Kinds>,
 }
 
@@ -99,13 +99,13 @@ pub(super) struct ChainEnd {
 }
 
 impl ChainEnd {
-    /// Creates an end at the origin, rotated about z by twice `half_angle` \[rad\].
+    /// Creates a frame at the base's origin, rotated about z by twice `half_angle` \[rad\].
     pub fn turned(half_angle: f64) -> Self {
         let (sin, cos) = half_angle.sin_cos();
         Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, xy: f64x2::ZERO, z: 0.0 }
     }
 
-    /// Moves the end over `link` to the next joint, whose axis is then the z axis.
+    /// Moves the frame over `link` to the next joint, whose axis is then the z axis.
     #[inline(always)]
     pub fn follow(&mut self, link: &Link) {
         if let Some(offset) = &link.offset {
@@ -119,14 +119,14 @@ impl ChainEnd {
         self.across = link.cos * across + link.sin * along;
     }
 
-    /// Moves the end by `way` along the base's axes \[m\].
+    /// Moves the frame by `way` \[m\], along the base's axes.
     #[inline(always)]
     pub fn advance(&mut self, way: Vector3<f64>) {
         self.xy += side_by_side(way.x, way.y);
         self.z += way.z;
     }
 
-    /// Rotates the end about its z axis. `cos` and `sin` are the cosine and sine of half the angle.
+    /// Rotates the frame about its z axis. `cos` and `sin` are the cosine and sine of half the angle.
     #[inline(always)]
     pub fn turn(&mut self, cos: f64, sin: f64) {
         let (cos, sin) = (f64x2::splat(cos), f64x2::new([-sin, sin]));
@@ -151,8 +151,8 @@ impl ChainEnd {
         (direction, Vector3::new(x, y, side_by_side(both[0].z, both[1].z)))
     }
 
-    /// Returns the rotation and position of `tool`, which is given in the frame of the end. Without a `tool`, returns the rotation
-    /// and position of the end. Normalizes the rotation.
+    /// Returns the rotation and position of `tool`, whose pose is relative to this frame. If `tool` is `None`, returns the rotation
+    /// and position of this frame. Normalizes the rotation.
     #[inline(always)]
     pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitQuaternion<f64>, Vector3<f64>) {
         let (mut rotation, mut point) = (self.rotation(), self.point());

@@ -9,8 +9,8 @@ pub(crate) type Pair = Vector3<f64x2>;
 /// A pair of zero vectors. The compiler would make a loop of nalgebra's zero vector.
 pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
 
-/// The motions that two joints give a tool, per unit of their speeds: the angular velocities, and the velocities of the tool
-/// point.
+/// The motions that two joints give a tool: its angular velocities, and the velocities of the tool point. They are per unit of each
+/// joint's speed.
 pub(crate) type Motions = (Pair, Pair);
 
 /// Loads the first two of `numbers` into a register. A missing second number is 0.
@@ -44,7 +44,7 @@ pub(crate) fn beside(one: &Vector3<f64>, other: &Vector3<f64>) -> Pair {
     one.zip_map(other, side_by_side)
 }
 
-/// Stores both numbers of a register in `room`, or only the first number if `room` has one place.
+/// Stores both numbers of a register in `room`. If `room` has one place only, stores the first number.
 #[inline(always)]
 pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     let [first, second] = numbers.to_array();

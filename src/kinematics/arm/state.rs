@@ -5,7 +5,7 @@ use super::pair::{Motions, Pair, ZEROS, beside, dot, put};
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, UnitQuaternion, Vector3, Vector6};
 
-/// The tool pose of an arm, and the motion of the tool by each joint. [`Chain::evaluate`](super::Chain::evaluate) computes it
+/// The tool pose of an arm, and the motion of the tool by each joint. [`Chain::evaluate`](super::Chain::evaluate) computes them
 /// without allocating.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmState {
@@ -40,8 +40,8 @@ impl ArmState {
     ///
     /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`. A joint of the left arm moves the
     /// right tool in the opposite sense, by `−(l, v + l × (t_1 − t_2))`. Here t_1 and t_2 are the tool points of the right and the
-    /// left arm. So all that is true of one arm is true of two arms as one, if both states are in one base frame. Allocates only
-    /// if the state had another number of joints.
+    /// left arm. Both states must be in one base frame. Then every statement about one arm also holds for two arms as one.
+    /// Allocates only if the state had another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let joint_count = left.joint_count + right.joint_count;
         if self.joint_count != joint_count {
@@ -104,13 +104,15 @@ impl ArmState {
         }
     }
 
-    /// Yields the velocity of the tool point by each joint, `l × (t − p)` [m/rad], prismatic: l [m/m]. Does not allocate.
+    /// Yields, for each joint, the velocity that it gives the tool point: `l × (t − p)` [m/rad], prismatic: l [m/m]. The joint's
+    /// axis has the direction l through the point p, and t is the tool point. Does not allocate.
     pub fn point_columns(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.tool_motions().map(|(_, linear)| linear)
     }
 
-    /// Yields the motion of the tool by each joint, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad], prismatic: `(0, l)`
-    /// [rad/m, m/m]. Does not allocate.
+    /// Yields, for each joint, the motion that it gives the tool, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad],
+    /// prismatic: `(0, l)` [rad/m, m/m]. The joint's axis has the direction l through the point p, and t is the tool point. Does
+    /// not allocate.
     pub fn tool_motions(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
         let of = |pair: &Pair, i: usize| pair.map(|numbers| numbers.to_array()[i % 2]);
         (0..self.joint_count).map(move |i| {
@@ -124,8 +126,8 @@ impl ArmState {
         &self.motions
     }
 
-    /// Sets `to` to the load of each joint: `Jᵀ` times a moment and a force at the tool point, along the base's axes. Both halves
-    /// of each register must contain the same number.
+    /// Sets `to` to `Jᵀ` times a moment and a force at the tool point, along the base's axes: the load of each joint. Both halves
+    /// of each register in the moment and the force must contain the same number.
     #[inline]
     pub(crate) fn apply_transpose(&self, (moment, force): &Motions, to: &mut [f64]) {
         for (room, (angular, linear)) in to.chunks_mut(2).zip(&self.motions) {
@@ -140,7 +142,7 @@ impl ArmState {
         })
     }
 
-    /// Returns the body-twist Jacobian, 6×n: `(ω, v)` of the tool in its own frame is `J θ̇`.
+    /// Returns the body-twist Jacobian J, 6×n: `J θ̇` is the twist `(ω, v)` of the tool, along the tool's axes.
     pub fn body_jacobian(&self) -> Matrix6xX<f64> {
         let columns: Vec<_> = self.body_columns().collect();
         Matrix6xX::from_columns(&columns)
@@ -155,7 +157,8 @@ impl ArmState {
         })
     }
 
-    /// Returns the tool's twist `(ω, v)` [rad/s, m/s] along the base's axes at joint velocities `theta_dot` [rad/s, prismatic: m/s].
+    /// Returns the tool's twist `(ω, v)` [rad/s, m/s], along the base's axes. `theta_dot` are the joint velocities [rad/s,
+    /// prismatic: m/s].
     pub fn tool_twist(&self, theta_dot: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
         let motions = self.tool_motions().zip(theta_dot);
         motions.fold(Default::default(), |(angular, linear), ((l, v), speed)| {

@@ -74,7 +74,7 @@ impl Aim {
         UnitDualQuaternion::from_parts(rotation, self.point(base_from_goal, &base_from_tool.translation()))
     }
 
-    /// Returns the position of the pose [`nearest`](Self::nearest) to a tool at `tool_point` \[m\].
+    /// Returns the position of the [`nearest`](Self::nearest) pose \[m\] for a tool at `tool_point` \[m\].
     #[inline(always)]
     pub fn point(self, base_from_goal: &UnitDualQuaternion, tool_point: &Vector3<f64>) -> Vector3<f64> {
         match self {
@@ -107,15 +107,15 @@ impl Aim {
         }
     }
 
-    /// Returns the angle of the rotation from the tool to the [`nearest`](Self::nearest) pose \[rad\], from 0 to 2π. The angle
-    /// exceeds π if the goal's sign demands the longer rotation.
+    /// Returns the angle of the rotation from the tool to the [`nearest`](Self::nearest) pose \[rad\], from 0 to 2π. If the sign of
+    /// the goal's quaternion demands the longer rotation, the angle exceeds π.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
         let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
     }
 
-    /// Projects a twist `(ω, v)` [rad/s, m/s] of the tool of `arm` onto the components of the aim. The twist is along the base's
-    /// axes.
+    /// Returns the part of `twist` in the components that the aim determines. `twist` is `(ω, v)` [rad/s, m/s] of the tool of
+    /// `arm`, along the base's axes.
     pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
         first(&rows.twist(&twice(&rows.of(twist))))
@@ -126,7 +126,7 @@ impl Aim {
         Self::RELATIVE_NAMES[self as usize]
     }
 
-    /// Returns the aim with this [`relative_name`](Self::relative_name).
+    /// Returns the aim with this [`relative_name`](Self::relative_name); `None` if the name is unknown.
     pub fn from_relative_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|aim| aim.relative_name() == name)
     }
@@ -146,9 +146,10 @@ impl Aim {
     }
 }
 
-/// The rows of the tool's Jacobian that belong to an aim. In a vector of six numbers these rows come first; the other numbers are
-/// not used. For the pose: angular, then linear, along the base's axes. For position and axis: linear, then angular about the two
-/// axes perpendicular to the tool's axis. For the distance: linear, in the direction of the tool.
+/// The rows of the tool's Jacobian that belong to an aim. A vector in these rows has six numbers: first one number per row, then
+/// unused numbers. For the pose, the rows are angular, then linear, along the base's axes. For position and axis, they are linear,
+/// then angular about the two axes perpendicular to the tool's z axis. For the distance, the row is linear, in the direction of the
+/// tool.
 pub(super) enum Rows {
     Pose,
     Position,
@@ -158,8 +159,8 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ` for the rows of the aim. Sets the unused rows to a large eigenvalue, so that the smallest eigenvalue is one
-    /// of the aim's rows.
+    /// Returns `J Jᵀ` for the rows of the aim. Fills the unused rows so that the smallest eigenvalue belongs to the rows of the
+    /// aim.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {

@@ -20,7 +20,7 @@ named! {
 /// The names, defaults, range and unit of a law's gains, from which the parameter `gains.<law>` is declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawGains {
-    /// The names of the gains; there are one or two.
+    /// The names of the gains: one or two names.
     pub names: &'static [&'static str],
     /// The default values of the gains.
     pub defaults: [f64; 2],
@@ -69,9 +69,10 @@ pub struct ToolMotion {
 pub struct LawInput<'a> {
     /// The arm, or two arms as one.
     pub arm: &'a ArmState,
-    /// The goal, with the chosen sign.
+    /// The goal. Its quaternion has the sign that [`SignMemory`](super::SignMemory) or [`nearer_goal`](super::nearer_goal) has
+    /// chosen.
     pub base_from_goal: &'a UnitDualQuaternion,
-    /// The components that the goal determines.
+    /// The components of the pose that the goal determines.
     pub aim: Aim,
     /// The law's gains; a law with one gain ignores the second number.
     pub gains: [f64; 2],
@@ -86,14 +87,14 @@ impl LawInput<'_> {
         PoseError::of(self.aim, self.arm, self.base_from_goal)
     }
 
-    /// Sets `theta_dot` to `Jᵀ` times a twist of the tool along the base's axes.
+    /// Sets `theta_dot` to `Jᵀ` times `twist`, a twist of the tool along the base's axes.
     #[inline(always)]
     pub fn transpose(&self, twist: &AngularLinear, theta_dot: &mut [f64]) {
         self.arm.apply_transpose(&twice(twist), theta_dot);
     }
 
-    /// Sets `theta_dot` to `J⁺` times a twist of the tool along the base's axes. Components of the twist that the [`Aim`] leaves
-    /// free do not count.
+    /// Sets `theta_dot` to `J⁺` times `twist`, a twist of the tool along the base's axes. Components of `twist` that the [`Aim`]
+    /// leaves free do not count.
     #[inline(always)]
     pub fn damped_inverse(&self, twist: impl FnOnce() -> AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(self.arm, self.aim, twist, theta_dot);
@@ -106,7 +107,8 @@ pub trait ControlLaw: Sync {
     /// Returns the law's name in the parameter `controller`: lower-case letters, digits and underscores.
     fn name(&self) -> &'static str;
 
-    /// Returns the error that the law feeds back. At gain 1 it is the twist `(ω, v)` that moves the tool to the goal [rad/s, m/s].
+    /// Returns the error that the law feeds back, as a twist `(ω, v)` [rad, m] along the same axes as `error`. At gains of 1/s, the
+    /// law moves the tool with this twist toward the goal.
     fn error(&self, error: &PoseError) -> AngularLinear;
 
     /// Returns the names, defaults, range and unit of the law's gains.
@@ -119,13 +121,13 @@ pub trait ControlLaw: Sync {
         Map::DampedInverse
     }
 
-    /// Returns `k_ω` and `k_v` at this error, for the present `gains` [1/s].
+    /// Returns the gains `k_ω` and `k_v` [1/s] that multiply this `_error`. `gains` are the present values of the law's parameter.
     fn twist_gains(&self, gains: [f64; 2], _error: &AngularLinear) -> [f64; 2] {
         gains
     }
 
-    /// Returns the law's gains for the single overall gain `gain` [1/s]: K, or equal angular and linear gains. `_before` are the
-    /// present gains.
+    /// Returns the values of the law's gains that correspond to the single gain `gain` [1/s]: K, or equal angular and linear gains.
+    /// `_before` are the present gains.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain; 2]
     }
@@ -136,33 +138,34 @@ pub trait ControlLaw: Sync {
         0
     }
 
-    /// Sets the `memory` at the beginning of a motion. The first cycle of the motion has the input `_motion`.
+    /// Sets the `memory` at the beginning of a motion. `_motion` is the law's input in the first cycle of the motion.
     fn begin(&self, _motion: &ToolMotion, memory: &mut [f64]) {
         memory.fill(0.0);
     }
 
-    /// Returns the desired twist of the tool `(ω, v)`, along the tool's axes [rad/s, m/s], and updates the `memory`. Only a law with
-    /// a memory is asked. The same input and the same memory must give the same twist, because the servo may evaluate a cycle
-    /// several times.
+    /// Returns the desired twist of the tool `(ω, v)` [rad/s, m/s], along the tool's axes, and updates the `_memory`. The servo
+    /// calls this only for a law with a memory. The same input and the same memory must give the same twist, because the servo may
+    /// evaluate a cycle several times.
     fn twist_with_memory(&self, motion: &ToolMotion, _memory: &mut [f64]) -> AngularLinear {
         self.twist(motion.gains, &motion.error)
     }
 
-    /// Returns the rates at which small errors decay [1/s], as far as the robot's delay is concerned: those of the law without a
-    /// memory that is stable up to the same delay. `rates` are the rates that follow from [`twist_gains`](Self::twist_gains).
+    /// Returns the rates [1/s] by which the servo judges whether the law is slow enough for the robot's delay. These are the rates
+    /// of the law without a memory that becomes unstable at the same delay. `rates` are the rates that follow from
+    /// [`twist_gains`](Self::twist_gains).
     fn rates_for_delay(&self, _gains: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
         rates
     }
 
-    /// Returns the desired twist of the tool `(ω, v)` [rad/s, m/s], along the same axes as `error`. For a law with a memory, this is
-    /// the twist that the law would want without its memory.
+    /// Returns the desired twist of the tool `(ω, v)` [rad/s, m/s], along the same axes as `error`. For a law with a memory, this
+    /// is the twist without regard to the memory.
     #[inline]
     fn twist(&self, gains: [f64; 2], error: &PoseError) -> AngularLinear {
         let error = self.error(error);
         scaled(self.twist_gains(gains, &error), &error)
     }
 
-    /// Sets `theta_dot` to joint velocities that move the arm toward the goal [rad/s, prismatic: m/s].
+    /// Sets `theta_dot` to joint velocities [rad/s, prismatic: m/s] that move the arm toward the goal.
     #[inline]
     fn joint_velocity(&self, input: &LawInput, theta_dot: &mut [f64]) {
         match self.map() {

@@ -8,14 +8,14 @@ use crate::arm::ArmState;
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
 
-/// The present law, with the gains of all laws.
+/// A control law with its aim and damping, and the gains of all laws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
     /// The present law.
     pub law: Law,
     /// The components of the pose that a goal determines.
     pub aim: Aim,
-    /// The damping of the inverse, for the laws that use it.
+    /// The damping of the inverse. Laws with the transpose do not use it.
     pub damping: Damping,
     /// The gains that were set, by the index of the law. A law without an entry has its default gains.
     pub set_gains: [Option<[f64; 2]>; MOST],
@@ -31,7 +31,7 @@ pub struct AllowedRate {
 }
 
 impl Default for Controller {
-    /// Creates logc with gains of 1/s and a whole pose as its aim. Each law has its default gains.
+    /// Creates logc with a whole pose as its aim. Each law has its default gains: for logc, these are 1/s.
     fn default() -> Self {
         let damping = Damping { max: 0.05, threshold: 0.05 };
         Self { law: Law::Logc, aim: Aim::Pose, damping, set_gains: [None; MOST] }
@@ -70,8 +70,9 @@ impl Controller {
         Self { law, ..self }
     }
 
-    /// Returns this controller with the present law `law` at the single overall gain `gain` [1/s]: K, or equal angular and linear
-    /// gains. A law with derived gains derives them from `gain` ([`gains_at`](super::ControlLaw::gains_at)).
+    /// Returns a copy of this controller whose present law is `law`, with the gains that correspond to the single gain `gain`
+    /// [1/s]: K, or equal angular and linear gains. A law with derived gains derives them from `gain`
+    /// ([`gains_at`](super::ControlLaw::gains_at)).
     pub fn with_law(&self, law: Law, gain: f64) -> Self {
         self.with_gains(law, law.gains_at(gain, self.gains(law)))
     }
@@ -87,11 +88,12 @@ impl Controller {
         each.map(|(name, gain)| format!("{name} {gain}")).collect::<Vec<_>>().join(", ")
     }
 
-    /// Sets `theta_dot` to joint velocities that move `arm` toward `base_from_goal`, whose sign is already chosen [rad/s,
-    /// prismatic: m/s]. Ignores the memory of a law that has one; see [`LawMemory`](super::LawMemory). Does not allocate.
+    /// Sets `theta_dot` to joint velocities [rad/s, prismatic: m/s] that move `arm` toward `base_from_goal`. The sign of the goal's
+    /// quaternion decides between two rotations: see [`nearer_goal`](super::nearer_goal). Ignores the memory of a law that has one:
+    /// see [`LawMemory`](super::LawMemory). Does not allocate.
     ///
-    /// `theta_dot` must have one number per joint. This is not checked. A shorter slice gets the velocities of the first joints
-    /// only; the end of a longer slice is undefined.
+    /// The caller must pass a `theta_dot` with one number per joint, which is not checked. A shorter slice gets the velocities of
+    /// the first joints only; the end of a longer slice is undefined.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         self.law.joint_velocity(&self.input(arm, base_from_goal), theta_dot);
     }
@@ -106,21 +108,23 @@ impl Controller {
         LawInput { arm, base_from_goal, aim, gains: self.gains(law), damping }
     }
 
-    /// Sets `theta_dot` to the joint velocities for a twist `(ω, v)` of the tool of `arm` along the base's axes [rad/s, m/s], by
-    /// the damped inverse [rad/s, prismatic: m/s]. Components of the twist that the aim leaves free do not count.
+    /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] that move the tool of `arm` with `twist`, by the damped
+    /// inverse. `twist` is `(ω, v)` [rad/s, m/s], along the base's axes. Components of `twist` that the aim leaves free do not
+    /// count.
     pub fn joint_velocity_of(&self, arm: &ArmState, twist: &AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(arm, self.aim, || *twist, theta_dot);
     }
 
-    /// Removes, from the joint velocities `theta_dot` of `arm`, the part that would move the tool in the components of the aim.
+    /// Removes, from the joint velocities `theta_dot` of `arm`, the part that would move the tool in the components that the aim
+    /// determines.
     pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
         self.aim.leave_tool(arm, theta_dot);
     }
 
-    /// Returns the fastest rates at which small errors of position and rotation decay at the pose of `arm` [1/s]. With the damped
-    /// inverse they are the gains; 0 for a component that the aim leaves free. With the transpose the closed loop is `δθ̇ = −Jᵀ K J
-    /// δθ`, and both rates are `σ_max²(√K J)`. A law with a memory adapts them
-    /// ([`rates_for_delay`](super::ControlLaw::rates_for_delay)).
+    /// Returns the fastest rates [1/s] at which small errors decay at the pose of `arm`: first the rate of the position, then the
+    /// rate of the rotation. With the damped inverse, these are the law's gains, or 0 for a component that the aim leaves free.
+    /// With the transpose, the closed loop is `δθ̇ = −Jᵀ K J δθ`, and both rates are `σ_max²(√K J)`. A law with a memory adapts the
+    /// rates ([`rates_for_delay`](super::ControlLaw::rates_for_delay)).
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
         let (law, input) = (self.law, self.input(arm, base_from_goal));
         let rates = match law.map() {
@@ -137,9 +141,9 @@ impl Controller {
         law.rates_for_delay(input.gains, rates)
     }
 
-    /// Reduces the law's joint velocities `theta_dot` at the pose of `arm`, so that no error decays faster than the rate `allowed`.
-    /// With the damped inverse, all errors decay at similar rates, so all velocities are scaled. With the transpose, only the fast
-    /// directions are slowed.
+    /// Reduces the law's joint velocities `theta_dot` at the pose of `arm`, so that no error decays faster than at the rate
+    /// `allowed`. With the damped inverse, all errors decay at similar rates, so all velocities are scaled. With the transpose,
+    /// only the directions in which errors decay fast are slowed.
     pub fn soften(
         &self,
         arm: &ArmState,
@@ -170,19 +174,19 @@ impl Controller {
         self.law.steepest_descent(&self.input(arm, base_from_goal), descent)
     }
 
-    /// Returns the smallest singular value of the tool's Jacobian, in the rows that belong to the aim; 0 if there are fewer joints
-    /// than rows.
+    /// Returns the smallest singular value of the tool's Jacobian, reduced to the rows of the aim. It is 0 if there are fewer
+    /// joints than rows.
     pub fn smallest_singular_value(&self, arm: &ArmState) -> f64 {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value if it is below `bound`. Otherwise returns `None`, with little computation.
+    /// Returns the smallest singular value if it is below `bound`; otherwise `None`, after little computation.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }
 
-    /// Returns the law's body twist `(ω, v)`: gain times error [rad/s, m/s]. A free tool would move with this twist. An arm
-    /// follows the twist by the inverse of its Jacobian.
+    /// Returns the law's desired twist of the tool, `(ω, v)` [rad/s, m/s], along the tool's axes: gain times error. A free tool
+    /// would move with this twist. An arm follows the twist by the inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
         let error = PoseError::from(&goal_from_tool.inverse());
         let (angular, linear) = self.law.twist(self.gains(self.law), &error);

@@ -16,7 +16,7 @@ pub struct Damping {
     pub threshold: f64,
 }
 
-/// Lower bound of λ², relative to `J Jᵀ`, if damping is off and the solution fails. A finite result is better than none.
+/// Lower bound of λ², relative to `J Jᵀ`. It applies if damping is off and the solution fails: a finite result is better than none.
 const FALLBACK: f64 = 1e-9;
 
 /// A λ² of this size, relative to `J Jᵀ`, just exceeds the rounding errors of `J Jᵀ`.
@@ -37,8 +37,8 @@ impl Damping {
         if smallest_eigenvalue >= begin { 0.0 } else { slope * (begin - smallest_eigenvalue) }
     }
 
-    /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] for the `twist` of the tool along the base's axes.
-    /// Components of the twist that `aim` leaves free do not count. The result is finite for every finite input.
+    /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] that move the tool of `arm` with `twist`, along the base's
+    /// axes. Components of `twist` that `aim` leaves free do not count. The result is finite for every finite input.
     ///
     /// This is fast because the twist is computed during the inversion of `J Jᵀ`, which takes longest.
     #[inline(always)]
@@ -59,8 +59,8 @@ impl Damping {
     /// result. The result is finite for every finite input.
     ///
     /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms
-    /// mostly are, `J Jᵀ − σ₀² I` is positive definite. Then no singular value is below σ₀. Otherwise, the two inverses yield the
-    /// smallest singular value.
+    /// mostly are, `J Jᵀ − σ₀² I` is positive definite. Then no singular value is below σ₀, and the inverse of `J Jᵀ` is the
+    /// result. Otherwise, the two inverses yield the smallest singular value.
     ///
     /// Another method takes σ² from the determinants of `J Jᵀ` and `J Jᵀ + λ_max² I`, and needs no second solution near
     /// singularities. On random postures of the PUMA 560 there, its joint velocities differ from these by 1.6 % in the median and by
@@ -80,8 +80,8 @@ impl Damping {
         solution
     }
 
-    /// Computes the result of [`solve`](Self::solve) for a matrix for which the fast method fails. If rounding prevents this
-    /// solution, too, adds damping; if damping is not enough, returns 0.
+    /// Computes the result of [`solve`](Self::solve) for a matrix for which the fast method fails. If this solution is not finite
+    /// either, because of rounding, adds damping. If that is not enough, returns 0.
     #[cold]
     #[inline(never)]
     fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear) -> Motions {
@@ -116,7 +116,8 @@ impl Aim {
 }
 
 impl ArmState {
-    /// Returns the smallest singular value of the 6×n Jacobian; rad and m weigh alike. It is 0 for fewer than six joints.
+    /// Returns the smallest singular value of the 6×n Jacobian, in which 1 rad counts as much as 1 m. It is 0 for fewer than six
+    /// joints.
     pub fn smallest_singular_value(&self) -> f64 {
         Gram::of(self).smallest_singular_value()
     }

@@ -3,8 +3,8 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. Use it for a new goal `q_d`, for which no sign has been chosen
-/// yet.
+/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. Both represent the same pose. Use this function for a new goal
+/// `q_d`.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,
@@ -12,8 +12,9 @@ pub fn nearer_goal(
     SignMemory::nearest(base_from_goal, base_from_tool).signed(base_from_goal)
 }
 
-/// The sign chosen for the goal's quaternion, +1 or −1. With it, a law neither takes the longer rotation nor alternates between the
-/// two rotations.
+/// The sign of the goal's quaternion, +1 or −1, that the laws use. The quaternions `q_d` and `−q_d` are the same pose, but a law
+/// turns the tool toward them along different rotations. A sign that is kept prevents that the law takes the longer rotation, or
+/// alternates between the two.
 ///
 /// A new goal gets the nearer sign. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. This hysteresis prevents that noise near
 /// a half turn switches the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both
@@ -30,20 +31,21 @@ impl SignMemory {
         Self { sign: if near { 1.0 } else { -1.0 } }
     }
 
-    /// Returns the memory for the goal `next`, which replaces the goal `before`. The new memory keeps both goals, with their signs,
-    /// on the same side. So a stream of goals near a half turn does not choose a side again for each goal. If the tool must then
-    /// turn farther than the hysteresis allows, `apply` changes the sign.
+    /// Returns the memory for the goal `next`, which replaces the goal `before`. The new sign is chosen so that the two goals, each
+    /// multiplied by its sign, are near each other as quaternions. So a stream of goals near a half turn does not choose a
+    /// direction again for each goal. If the tool must then turn farther than the hysteresis allows, `apply` changes the sign.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }
     }
 
-    /// Returns the chosen sign, +1 or −1.
+    /// Returns the sign of the goal's quaternion that the laws use, +1 or −1.
     pub fn sign(&self) -> f64 {
         self.sign
     }
 
-    /// Returns the goal with the chosen sign. Changes the sign first if `⟨±r_d, r⟩ < −hysteresis`.
+    /// Returns the goal multiplied by the sign. Before that, changes the sign if `⟨±r_d, r⟩ < −hysteresis`. Here r_d and r are the
+    /// real parts of the goal and of the tool's pose, and ± is the sign.
     pub fn apply(
         &mut self,
         base_from_goal: &UnitDualQuaternion,

@@ -7,15 +7,15 @@ use crate::arm::pair::{Motions, Pair, ZEROS, beside, dot, first, sum_twice, twic
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
-/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first. Each number is stored twice, in both
-/// halves of a register.
+/// The matrix `J Jᵀ` of a 6×n Jacobian in four 3×3 blocks `[A C; Cᵀ D]`, angular first. A register has room for two numbers: here
+/// both halves contain the same number of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gram {
     angular: Symmetric,
     /// The columns of C.
     mixed: [Pair; 3],
     linear: Symmetric,
-    /// The number of columns of J, plus the number of unused rows.
+    /// The number of columns of J, plus the number of rows that [`stiffened`](Self::stiffened) has filled.
     joint_count: usize,
 }
 
@@ -41,7 +41,7 @@ impl Gram {
         sums.gram(arm.joint_count())
     }
 
-    /// Computes the matrix from the Jacobian with these columns. `joint_count` is their number.
+    /// Computes the matrix from a Jacobian with the columns `columns`. `joint_count` is the number of columns.
     pub fn of_columns(joint_count: usize, mut columns: impl Iterator<Item = AngularLinear>) -> Self {
         let mut sums = Sums::NONE;
         while let Some((l, v)) = columns.next() {
@@ -51,8 +51,8 @@ impl Gram {
         sums.gram(joint_count)
     }
 
-    /// Sets the diagonal of all rows after the first `rows` to the trace of the matrix. The smallest eigenvalue is then one of the
-    /// first rows.
+    /// Fills the unused rows, which follow the first `rows` rows: sets their diagonal elements to the trace of the matrix. The
+    /// smallest eigenvalue then belongs to the first rows.
     pub fn stiffened(mut self, rows: usize) -> Self {
         let trace = f64x2::splat(self.trace());
         let [angular, linear] = [&mut self.angular, &mut self.linear].map(|block| block.diagonal.iter_mut());
@@ -94,15 +94,15 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// Returns the product of `(J Jᵀ + shift I)⁻¹` and `numbers`, stored twice, in both halves of each register. If the matrix is
-    /// singular, the result is not finite or not accurate.
+    /// Returns the product of `(J Jᵀ + shift I)⁻¹` and `numbers`. Both halves of each register contain the same result. If the
+    /// matrix is singular, the result is not finite or not accurate.
     #[inline(always)]
     pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
         self.inverse(f64x2::splat(shift)).times(numbers)
     }
 
-    /// Returns the smallest eigenvalue, which must be below `bound`, from the inverses of `J Jᵀ` and `J Jᵀ − bound I`. Uses
-    /// [`root`](Self::root) if its result is accurate, otherwise the eigenvalues of the matrix.
+    /// Returns the smallest eigenvalue, which must be below `bound`. `inverse` has the inverses of `J Jᵀ` and `J Jᵀ − bound I`.
+    /// Uses [`root`](Self::root) if that is accurate, otherwise computes all eigenvalues.
     #[inline(always)]
     pub fn eigenvalue_below(&self, bound: f64, inverse: &Inverse) -> f64 {
         self.root(bound, inverse).unwrap_or_else(|| self.smallest_eigenvalue())
@@ -177,7 +177,7 @@ impl Gram {
         self.smallest_eigenvalue().sqrt()
     }
 
-    /// Returns the smallest singular value of J if it is below `bound`.
+    /// Returns the smallest singular value of J if it is below `bound`; otherwise `None`.
     ///
     /// This is fast in the usual case: a single inverse shows that the singular value is not below `bound`.
     pub fn singular_value_below(&self, bound: f64) -> Option<f64> {
@@ -203,13 +203,15 @@ impl Gram {
     }
 }
 
-/// Largest number of steps of the iteration to the smallest root. One or two steps are enough if the roots are apart.
+/// Largest number of steps of the iteration to the smallest root. If the roots are far apart, one or two steps are enough.
 const STEPS: usize = 8;
 
-/// A slope of the determinant `p(s)` below this fraction of the fifth power of the eigenvalues' sum is a rounding error.
+/// If the slope of the determinant `p(s)` is below this fraction of the fifth power of the eigenvalues' sum, it is only a rounding
+/// error.
 const ROUNDING: f64 = 1e-14;
 
-/// A determinant of the block A below this fraction of the third power of the eigenvalues' sum is too inaccurate as a divisor.
+/// If the determinant of the block A is below this fraction of the third power of the eigenvalues' sum, it is too inaccurate as a
+/// divisor.
 const SINGULAR: f64 = 1e-6;
 
 /// The iteration to the smallest root ends after a step below this fraction of the distance to the other roots. The error is then
@@ -272,7 +274,8 @@ impl Inverse {
     }
 }
 
-/// The parts of `J Jᵀ` from the even and from the odd columns of a Jacobian, in parallel.
+/// The sums for `J Jᵀ` over the columns of a Jacobian. Each register has the sum over the even columns, and the sum over the odd
+/// columns.
 struct Sums {
     angular: Symmetric,
     mixed: [Pair; 3],
@@ -280,10 +283,10 @@ struct Sums {
 }
 
 impl Sums {
-    /// The parts of `J Jᵀ` for a Jacobian without columns.
+    /// The sums for a Jacobian without columns.
     const NONE: Self = Self { angular: Symmetric::ZEROS, mixed: [ZEROS; 3], linear: Symmetric::ZEROS };
 
-    /// Computes the parts of `J Jᵀ` from `N` pairs of columns.
+    /// Computes the sums over `N` pairs of columns.
     #[inline(always)]
     fn of<const N: usize>(pairs: &[Motions; N]) -> Self {
         Self {
@@ -299,7 +302,7 @@ impl Sums {
         }
     }
 
-    /// Adds the parts of `J Jᵀ` from other columns.
+    /// Adds the sums over other columns.
     #[inline(always)]
     fn plus(&self, other: &Self) -> Self {
         let ([x, y, z], [a, b, c]) = (&self.mixed, &other.mixed);
@@ -310,7 +313,7 @@ impl Sums {
         }
     }
 
-    /// Returns the sum of the even and the odd part. `joint_count` is the number of columns.
+    /// Returns `J Jᵀ`: adds the sums over the even and the odd columns. `joint_count` is the number of columns.
     #[inline(always)]
     fn gram(&self, joint_count: usize) -> Gram {
         let [x, y, z] = &self.mixed;

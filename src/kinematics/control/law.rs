@@ -10,7 +10,7 @@ use std::str::FromStr;
 use std::sync::{LazyLock, PoisonError, RwLock};
 use thiserror::Error;
 
-/// A control law with a name. It derefs to its [`ControlLaw`].
+/// A control law by name. It dereferences to its [`ControlLaw`].
 #[derive(Clone, Copy)]
 pub struct Law {
     number: usize,
@@ -20,7 +20,7 @@ pub struct Law {
 /// Largest number of laws.
 pub(super) const MOST: usize = 16;
 
-/// The index of the gains of all laws that are not registered. No registered law has this index.
+/// The index under which all laws that are not registered keep their gains. No registered law has this index.
 const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.
@@ -51,7 +51,8 @@ struct Names {
 }
 
 impl Names {
-    /// Leaks the names of these laws: once at the start of a program, and again for each law that is registered.
+    /// Creates the list, and leaks its names. This happens once at the start of a program, and again for each law that is
+    /// registered.
     fn of(laws: Vec<Law>) -> &'static Self {
         let parameter = |law: &Law| &*format!("gains.{}", law.name()).leak();
         Box::leak(Box::new(Self {
@@ -162,7 +163,7 @@ macro_rules! built_in {
     };
 }
 
-/// Creates a law of gain times error.
+/// Creates a law that feeds back gain times error.
 const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional<E> {
     Proportional { name, error, map }
 }
@@ -213,8 +214,8 @@ impl Law {
         names().parameters[self.number]
     }
 
-    /// Creates a law that is not registered, so that parameters cannot name it. Use it for a law that is made after laws were used,
-    /// as in Python.
+    /// Creates a law that is not registered, so that parameters cannot name it. Use it for a law that is created after the
+    /// parameters were declared, as in Python.
     ///
     /// # Panics
     /// If the law's memory is larger than [`MEMORY`](super::MEMORY).

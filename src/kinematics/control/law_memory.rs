@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawMemory {
     numbers: [f64; MEMORY],
-    /// The [number](super::Law::number) of the law that has written the numbers; `None` before the first cycle of a motion.
+    /// The [number](super::Law::number) of the law that has written the numbers; `None` before a law has written any in this
+    /// motion.
     law: Option<usize>,
 }
 
@@ -26,10 +27,10 @@ impl LawMemory {
         self.law = None;
     }
 
-    /// Sets `theta_dot` to the joint velocities of the law of `controller`, as
-    /// [`Controller::joint_velocity`] does for a law without a memory [rad/s, prismatic: m/s]. Call it once per cycle. `command` are
-    /// the joint velocities of the last command, sent `period` \[s\] ago. A switch to another law begins a motion. Does not
-    /// allocate.
+    /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] of the present law of `controller`. For a law without a
+    /// memory, these are the velocities of [`Controller::joint_velocity`]. Call this function once per cycle. `command` are the
+    /// joint velocities of the last command [rad/s, prismatic: m/s], and `period` is the time since that command \[s\]. A switch to
+    /// another law begins a motion. Does not allocate.
     pub fn joint_velocity(
         &mut self,
         controller: &Controller,

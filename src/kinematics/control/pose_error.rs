@@ -27,7 +27,7 @@ impl From<&UnitDualQuaternion> for PoseError {
 }
 
 impl PoseError {
-    /// Computes the error along the base's axes. Its rotation and translation lead to the nearest pose that meets `aim`.
+    /// Computes the error along the base's axes. It leads from the tool to the pose that meets `aim` and is nearest to the tool.
     ///
     /// This is fast because it takes one product of quaternions and one difference. The Jacobian along the same axes takes one
     /// cross product per joint, and nothing is rotated into the tool's axes and back.

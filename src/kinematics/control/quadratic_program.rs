@@ -1,7 +1,8 @@
 //! Small quadratic programs: the joint velocities nearest to the desired ones under linear constraints.
 
-/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). The
-/// coordinates are `Lᵀx` with `H = L Lᵀ`: in these coordinates the nearest point is the solution.
+/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ` for the desired point w. It is solved by the dual active set method
+/// (Goldfarb & Idnani 1983). The coordinates are `Lᵀx` with `H = L Lᵀ`: in these coordinates, the solution is the point nearest to
+/// w.
 ///
 /// The method begins at `w` and activates one violated constraint after the other, the most violated one first. So it finds a
 /// solution near `w` in a step or two. The program allocates only if there are more joints or constraints than ever before.
@@ -36,18 +37,18 @@ pub struct QuadraticProgram {
     wanted: Vec<f64>,
 }
 
-/// No point satisfies the constraints, or rounding prevents finding one.
+/// The error for constraints that no point satisfies, or for which rounding prevents a solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Infeasible;
 
 /// A constraint counts as violated if its slack is less than `-BROKEN` times the size of its terms.
 const BROKEN: f64 = 1e-10;
 
-/// A constraint counts as dependent on the active constraints if the component of its normal orthogonal to their normals is at
-/// most this fraction of the normal.
+/// A constraint counts as dependent on the active constraints if the part of its normal that is orthogonal to the active normals is
+/// at most this fraction of the normal.
 const WITHIN: f64 = 1e-9;
 
-/// Largest number of steps per joint and constraint.
+/// Largest number of steps of a solution, divided by the number of joints and constraints.
 const MOST_STEPS: usize = 3;
 
 impl QuadraticProgram {
@@ -110,7 +111,7 @@ impl QuadraticProgram {
         self.bounds.push(bound);
     }
 
-    /// Relaxes the constraints that `x = 0` violates: sets their bounds to 0.
+    /// Relaxes each constraint that `x = 0` violates: sets its bound to 0.
     pub fn relax(&mut self) {
         self.bounds.iter_mut().for_each(|bound| *bound = bound.min(0.0));
     }
@@ -144,7 +145,7 @@ impl QuadraticProgram {
         &self.rows[constraint * self.count..][..self.count]
     }
 
-    /// Returns the slack of a constraint, and the size of its terms.
+    /// Returns the slack of a constraint at `x`, and the size of the terms from which the slack is computed.
     fn slack(&self, constraint: usize, x: &[f64]) -> (f64, f64) {
         let (mut slack, mut size) = (-self.bounds[constraint], self.bounds[constraint].abs());
         for (row, x) in self.row(constraint).iter().zip(x) {
@@ -202,7 +203,7 @@ impl QuadraticProgram {
         Err(Infeasible)
     }
 
-    /// Recomputes x and the multipliers from the active constraints, because steps along nearly dependent normals lose digits.
+    /// Computes x and the multipliers again from the active constraints. The steps along nearly dependent normals have lost digits.
     fn place(&mut self, x: &mut [f64]) {
         let count = self.count;
         self.relief.clear();
@@ -254,7 +255,7 @@ impl QuadraticProgram {
         }
     }
 
-    /// Returns the position in `active` of the constraint whose multiplier becomes 0 first, and the step length until then.
+    /// Returns the index in `active` of the constraint whose multiplier becomes 0 first, and the length of the step to that point.
     fn first_to_go(&self) -> (usize, f64) {
         let mut first = (0, f64::INFINITY);
         for (place, (multiplier, relief)) in self.multipliers.iter().zip(&self.relief).enumerate() {

@@ -1,4 +1,4 @@
-//! The rates at which errors decay under a law with the transposed Jacobian, for each direction.
+//! How fast errors decay in each direction under a law with the transposed Jacobian.
 
 use super::aim::Rows;
 use super::angular_linear::{AngularLinear, first, scaled};
@@ -11,9 +11,9 @@ use crate::arm::ArmState;
 pub struct Stiffness(Rooted);
 
 enum Rooted {
-    /// For a law that feeds back a twist: the rows of its aim, and the square roots of the angular and the linear gain.
+    /// For a law that feeds back a twist: the Jacobian's rows for the aim, and the square roots of the angular and the linear gain.
     Twist(Rows, [f64; 2]),
-    /// For a law that feeds back a pose in R⁸: its basis, and the square root of its gain.
+    /// For a law that feeds back a pose in R⁸: the basis of its six directions, and the square root of its gain.
     Pose(PoseSpace, f64),
 }
 
@@ -42,8 +42,8 @@ impl Stiffness {
         self.gram(arm).largest_eigenvalue()
     }
 
-    /// Computes `(I + s Jᵀ K J)⁻¹ θ̇` with the time s \[s\]. Each rate r becomes `r/(1 + s r)`: no rate exceeds 1/s, and slow rates
-    /// hardly change.
+    /// Replaces the joint velocities θ̇ in `theta_dot` by `(I + s Jᵀ K J)⁻¹ θ̇`. Here s is `time` \[s\]. Each rate r becomes `r/(1
+    /// + s r)`: no rate exceeds 1/s, and slow rates hardly change.
     ///
     /// The result is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.
     pub(super) fn soften(&self, arm: &ArmState, time: f64, theta_dot: &mut [f64]) {

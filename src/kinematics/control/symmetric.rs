@@ -6,8 +6,8 @@ use wide::f64x2;
 
 /// Two symmetric 3×3 matrices in parallel.
 ///
-/// This is fast because only six of the nine numbers of a matrix are computed, and the inverse is closed (six cofactors and one
-/// division). Two matrices take no more operations than one.
+/// This is fast because only six of the nine numbers of a matrix are computed, and the inverse is a closed formula (six cofactors
+/// and one division). Two matrices take no more operations than one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Symmetric {
     /// The elements xx, yy and zz.
@@ -20,7 +20,7 @@ impl Symmetric {
     /// Two zero matrices.
     pub const ZEROS: Self = Self { diagonal: ZEROS, others: ZEROS };
 
-    /// Adds two other matrices.
+    /// Returns the sums of these two matrices and the two matrices of `other`.
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
         Self { diagonal: self.diagonal + other.diagonal, others: self.others + other.others }
@@ -72,13 +72,14 @@ impl Symmetric {
         }
     }
 
-    /// Returns the sum of the eigenvalues of each matrix.
+    /// Returns the trace (the sum of the eigenvalues) of each matrix.
     #[inline(always)]
     pub fn trace(&self) -> f64x2 {
         self.diagonal.x + self.diagonal.y + self.diagonal.z
     }
 
-    /// Returns the sum of the products of all nine numbers with those of `other`, for each pair of matrices.
+    /// Returns two numbers: the first matrix of `self` times the first matrix of `other`, multiplied element by element and summed
+    /// over all nine elements, and likewise for the second matrices.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64x2 {
         dot(&self.diagonal, &other.diagonal) + dot(&self.others, &other.others) * 2.0
@@ -87,7 +88,7 @@ impl Symmetric {
 
 /// The inverses of two symmetric 3×3 matrices in parallel.
 ///
-/// This is fast because a product uses the adjugate and multiplies by the factor last. So it does not wait for the division.
+/// This is fast because a product uses the adjugate, and multiplies by `scale` last. So the product need not wait for the division.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SymmetricInverse {
     pub adjugate: Symmetric,
@@ -98,15 +99,15 @@ pub(super) struct SymmetricInverse {
 }
 
 impl SymmetricInverse {
-    /// Returns the determinant of each matrix. If the inverse is [of a quotient](Self::of_quotients), returns the determinant times
-    /// a positive factor.
+    /// Returns the determinant of each matrix. After [`of_quotients`](Self::of_quotients), returns the determinant times a positive
+    /// factor.
     #[inline(always)]
     pub fn determinant(&self) -> f64x2 {
         self.minors.z
     }
 
-    /// Converts the inverses of two matrices to the inverses of these matrices divided by `divisors`. `reciprocals` are the
-    /// reciprocals of the divisors.
+    /// Turns the inverses of two matrices A into the inverses of `A / divisor`, each with its own divisor. `reciprocals` are the
+    /// reciprocals of the `divisors`.
     #[inline(always)]
     pub fn of_quotients(self, divisors: f64x2, reciprocals: f64x2) -> Self {
         let minors = Vector3::new(self.minors.x * reciprocals, self.minors.y, self.minors.z * reciprocals);

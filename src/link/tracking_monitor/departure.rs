@@ -1,7 +1,8 @@
 //! Checks that each joint of an arm responds to its commands when it starts to move.
 //!
-//! A pull moves a joint at a constant speed, whatever its command is. So only the change of the motion counts. Let u₀ and v₀ be a
-//! joint's command and speed before. If the command demands X = ∫u dt − u₀ Δt, a joint that responds moves by Y = Δθ − v₀ Δt.
+//! A pull moves a joint at a constant speed, whatever its command is. So the monitor compares only changes since an earlier time,
+//! the anchor. Let u₀ and v₀ be a joint's command and speed at the anchor. The command has demanded the change X = ∫u dt − u₀ Δt
+//! since then, and the joint has made the change Y = Δθ − v₀ Δt. A joint responds if Y follows X.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
@@ -14,24 +15,24 @@ use std::time::Duration;
 /// A joint follows if it moves at least this fraction of the distance that the other joints would move under the same command.
 pub(super) const PART: f64 = 0.2;
 
-/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves a larger
-/// fraction, but not all, was told to be slow.
+/// The least fraction of the commanded distance that a robot moves if it obeys at all. A robot that moves at least this fraction,
+/// but not the whole distance, has a reduced speed scaling.
 pub(super) const SLOWEST: f64 = 0.02;
 
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// The largest change of a joint's command until the joint has responded [rad/s, prismatic: m/s]. The change is also at most the
-/// acceleration limit times [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
+/// The largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. The change is also at most
+/// `PROBE_ACCELERATION` \[s\] times the acceleration limit, because a joint that responds late makes the whole change at once.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
-/// A joint has responded once it has moved this far in the commanded direction \[rad, prismatic: m\]. Encoder noise at standstill
-/// is smaller.
+/// How far a joint must move in the commanded direction to count as having responded \[rad, prismatic: m\]. Encoder noise at
+/// standstill is smaller.
 const SEEN: f64 = 2e-4;
 
-/// A joint does not follow if it has not responded for `PATIENCE` after a command to move by [`PROBE_DISTANCE`], or after commands
-/// to move by `LONGEST_PROBE` \[rad, prismatic: m\].
+/// A joint does not follow in two cases. Either it has not responded within `PATIENCE` after a command to move by
+/// [`PROBE_DISTANCE`], or it has not responded to commands to move by `LONGEST_PROBE` \[rad, prismatic: m\].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
@@ -46,31 +47,32 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// speeds it compares changes only.
 const SLOW: f64 = 0.1;
 
-/// The smallest change of the commanded motion from which the monitor judges whether a slow joint has stopped responding \[rad,
-/// prismatic: m\]. The change is the commanded distance since the anchor, less the distance at the anchor's command.
+/// The least change of the commanded motion after which the monitor judges whether a slow joint has stopped responding \[rad,
+/// prismatic: m\]. The change is the commanded distance since the anchor, less the distance at the command that was in force at the
+/// anchor.
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]. It occurs if an encoder of 8192 counts per turn
+/// Largest error of the measured speed at an anchor [rad/s, prismatic: m/s]. It occurs if an encoder with 8192 counts per turn
 /// jumps by one count within a window.
 const NOISE: f64 = 0.02;
 
 /// If a joint is not commanded to move, its anchors are updated after this time.
 const MEMORY: Duration = Duration::from_secs(1);
 
-/// Returns the largest change of a joint's command until it has responded [rad/s, prismatic: m/s]. `acceleration` is the joint's
-/// acceleration limit [rad/s², prismatic: m/s²].
+/// Returns the largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. `acceleration` is the
+/// joint's acceleration limit [rad/s², prismatic: m/s²].
 fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// Returns how far a joint should have moved if it was commanded to move by `asked` \[rad, prismatic: m\]. The pull may reduce
-/// this distance by `pulled`. The pull excuses a joint that moves less, but never demands motion.
+/// Returns the least distance by which a joint should have moved \[rad, prismatic: m\], after a command to move by `asked`. The
+/// pull may have moved the joint by `pulled`. A pull excuses a joint that moves less, but never demands motion.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)
 }
 
-/// A joint that does not respond.
+/// A joint that does not respond to its commands.
 pub(super) struct Failure {
     /// The joint, counted from 0.
     pub joint: usize,
@@ -80,9 +82,9 @@ pub(super) struct Failure {
     pub counts: bool,
 }
 
-/// The estimates of how the arm responds.
+/// The estimates of how the arm responds to its commands.
 pub(super) struct Answer<'a> {
-    /// The fraction of its commanded distance that the arm moves.
+    /// The fraction of the commanded distance that the arm moves.
     pub factor: f64,
     /// The time from a command to the state of the robot that shows its effect.
     pub response: Duration,
@@ -90,7 +92,7 @@ pub(super) struct Answer<'a> {
     pub pull: &'a [f64],
 }
 
-/// A time from which the motion of a joint is compared with its commands.
+/// The state of a joint at a time from which on its motion is compared with its commands.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Anchor {
     time: Duration,
@@ -105,7 +107,8 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns the changes X of the commanded motion and Y of the measured motion since this anchor \[rad, prismatic: m\].
+    /// Returns the change X of the commanded motion and the change Y of the measured motion since this anchor \[rad, prismatic:
+    /// m\].
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -117,7 +120,7 @@ impl Anchor {
 struct JointResponse {
     /// Whether the joint has responded.
     seen: bool,
-    /// Since when a response is missing; `None` if no response is missing.
+    /// The time since which the joint should have responded; `None` if no response is due.
     due: Option<Duration>,
     /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
@@ -126,7 +129,7 @@ struct JointResponse {
     stood: Anchor,
     /// An anchor at a later time than `stood`.
     later: Anchor,
-    /// Since when a joint that has responded is stuck; `None` if the joint is not stuck.
+    /// The time since which a joint that has responded has been stuck; `None` if the joint is not stuck.
     stands_since: Option<Duration>,
     /// How far the joint should have moved since it last moved as commanded \[rad, prismatic: m\].
     due_distance: f64,
@@ -136,7 +139,7 @@ struct JointResponse {
     range: (f64, f64),
 }
 
-/// The responses of the joints of one arm since it stood.
+/// The responses of the joints of one arm since the arm last stood.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Departure {
     /// The indices of the arm's joints among the joints of all arms.
@@ -163,7 +166,7 @@ impl Departure {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// Drops the responses of joints that only the hold has moved, because the arm still stands.
+    /// Drops the responses of the joints that have responded, because only the hold has moved them, and the arm still stands.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }
@@ -178,13 +181,13 @@ impl Departure {
         self.responses.iter().map(|it| it.seen)
     }
 
-    /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
-    /// `acceleration` is its acceleration limit [rad/s², prismatic: m/s²].
+    /// Returns the largest allowed change of the command of joint number `joint` [rad/s, prismatic: m/s]; infinity after the joint
+    /// has responded. `acceleration` is the joint's acceleration limit [rad/s², prismatic: m/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
 
-    /// Sets each joint's command and measured speed in the last window [rad/s, prismatic: m/s].
+    /// Notes each joint's command and measured speed in the last window [rad/s, prismatic: m/s].
     pub fn note_speeds(&mut self, speeds: impl Iterator<Item = (f64, f64)>) {
         for (it, (command, speed)) in self.responses.iter_mut().zip(speeds) {
             (it.now.command, it.now.speed) = (command, speed);
@@ -252,7 +255,8 @@ impl JointResponse {
         (self.due_distance, self.distance, self.range) = (0.0, 0.0, (0.0, 0.0));
     }
 
-    /// If the joint has responded before, and now stands although it is commanded to move, returns the time at which it got stuck.
+    /// Returns the time at which the joint got stuck: it has responded before, and now stands although it is commanded to move.
+    /// Otherwise returns `None`.
     fn stands(&mut self, now: Duration, answer: &Answer) -> Option<Duration> {
         let asked = self.due_distance.abs();
         let moves = self.range.1 - self.range.0 >= SEEN + SLOWEST * asked;
@@ -267,8 +271,8 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// If the joint has failed to respond for too long, returns the time at which it should have responded, and whether it moves
-    /// backward. The arm moves the fraction `factor` of its commanded distance.
+    /// Returns `None` unless the joint has failed to respond for too long. Then returns the time at which it should have responded,
+    /// and whether it moves backward. The arm moves the fraction `factor` of its commanded distance.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
         let responds = |anchor: &Anchor, factor: f64| {
@@ -302,7 +306,7 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors to the present time if the joint has not been commanded to move for long.
+    /// Moves the anchors to the present time if no command has moved the joint for long.
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;

@@ -33,7 +33,7 @@ impl ControlLaw for PredefinedTime {
         }
     }
 
-    /// Returns the gain. Rad and m weigh alike.
+    /// Returns the same gain for `k_ω` and `k_v`. It depends on the size of the error, in which 1 rad counts as much as 1 m.
     fn twist_gains(&self, [settling_time, limit]: [f64; 2], error: &AngularLinear) -> [f64; 2] {
         let root = norm(error).sqrt();
         [(PI / settling_time * (1.0 / root + root)).min(limit); 2]

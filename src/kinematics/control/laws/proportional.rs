@@ -3,7 +3,7 @@
 use crate::control::control_law::{ControlLaw, LawGains, Map};
 use crate::control::{AngularLinear, PoseError};
 
-/// A law that feeds back an error with two gains.
+/// A law that feeds back an error, multiplied by an angular and a linear gain.
 pub struct Proportional<E> {
     /// The law's name.
     pub name: &'static str,
