@@ -54,7 +54,7 @@ impl FrameError {
         }
     }
 
-    /// Returns whether a later transform may make the pose known.
+    /// Returns whether a transform that arrives later may make the pose known.
     pub fn may_pass(&self) -> bool {
         !matches!(self, Self::TooOld { .. } | Self::OnTool(_))
     }

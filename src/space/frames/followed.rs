@@ -22,7 +22,8 @@ pub enum FrameMotion {
 #[derive(Clone, Debug)]
 pub struct Followed {
     goal: FramedGoal,
-    /// The newest stamp of the frame, and the frame's pose at that time.
+    /// The newest stamp of the frame (`None` if it never moves), and the frame's pose at that time. `None` before the frame was
+    /// first found.
     last: Option<(Option<i64>, UnitDualQuaternion)>,
     heard: Duration,
     lost: bool,
@@ -39,8 +40,8 @@ impl Followed {
         self.goal.number
     }
 
-    /// Returns the time at which the frame counts as lost unless a transform arrives earlier. `patience` is how long to wait for a
-    /// transform. `None` if the frame is already lost.
+    /// Returns the time at which the frame counts as lost if no transform arrives before: `patience` after the last transform.
+    /// Returns `None` if the frame is already lost.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }

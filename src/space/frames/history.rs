@@ -10,7 +10,7 @@ const LONGEST: i64 = 10_000_000_000;
 /// Largest number of transforms that are kept per frame: 10 s at 200 Hz, or 2 s at 1 kHz.
 pub(super) const MOST: usize = 2000;
 
-/// The rotation between two quaternions has a unique shortest arc if its angle differs from a half turn by more than this \[rad\].
+/// The rotation between two quaternions has a unique shortest arc if its angle differs from half a turn by more than this \[rad\].
 const HALF_TURN: f64 = 1e-9;
 
 /// The transform of a frame at a time.
@@ -34,7 +34,7 @@ impl Place {
     }
 }
 
-/// The requested time \[ns\] is outside the times of the transforms that are kept, by this much.
+/// The requested time is outside the times of the transforms that are kept, by this many nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outside {
     Before(i64),
@@ -83,7 +83,7 @@ impl History {
         }
     }
 
-    /// Returns the pose of the frame at `stamp` \[ns\].
+    /// Returns the pose of the frame at `stamp` \[ns\], or how far `stamp` is outside the times of the transforms that are kept.
     pub fn at(&self, stamp: i64) -> Result<UnitDualQuaternion, Outside> {
         let (Some(first), Some(last)) = (self.places.front(), self.places.back()) else {
             return Err(Outside::After(0));

@@ -1,4 +1,4 @@
-//! Keep-outs in TF frames. This module finds their poses in the base frame until they are removed or expire.
+//! Keep-outs in TF frames. This module keeps their poses in the base frame up to date until they are removed or expire.
 
 use super::{FrameError, FrameTree};
 use crate::space::{KeepOut, KeepOutError, LONGEST_NAME, MOST_KEEP_OUTS, Solid};
@@ -52,15 +52,15 @@ pub enum KeepOutRefused {
         "there are too many: at most {MOST_KEEP_OUTS} are possible, including those of keep_out and keep_in"
     )]
     TooMany,
-    /// The [`Name`](crate::space::Name) would be the same as that of another keep-out.
+    /// The keep-out would have the same [`Name`](crate::space::Name) as another keep-out.
     #[error("its name, shortened to {0:?}, is that of another one")]
     Namesake(String),
-    /// The keep-out moves with a frame whose transforms no longer arrive.
+    /// The keep-out moves with a frame, and TF no longer sends transforms of this frame.
     #[error("TF no longer updates its frame {0:?}: it stays at the last position")]
     Silent(String),
 }
 
-/// A frame that moves by less than this does not move its keep-outs \[m, rad\].
+/// The least motion of a frame that moves the frame's keep-outs \[m, rad\].
 const STILL: f64 = 1e-3;
 
 /// Keep-outs in TF frames.
@@ -74,13 +74,13 @@ pub struct FramedKeepOuts {
 #[derive(Clone, Debug)]
 struct Entry {
     key: KeepOutKey,
-    /// The keep-out in force, if any.
+    /// The keep-out in force; `None` until its pose is found for the first time.
     current: Option<Placed>,
-    /// The newest message, until its pose is found.
+    /// The keep-out of the newest message; `None` after its pose is found.
     next: Option<FramedKeepOut>,
 }
 
-/// The inputs of one update: the transforms, the base frame, the time, and how long to wait for transforms.
+/// The inputs of one update: the transforms, the base frame, the time, and how long to wait for a transform.
 struct Look<'a> {
     tree: &'a FrameTree,
     base: &'a str,
@@ -109,7 +109,7 @@ struct Heard {
 }
 
 impl FramedKeepOut {
-    /// Returns the keep-out's name for messages: the shortened namespace and the number of its key.
+    /// Returns the name of the keep-out for messages to users: the namespace, shortened, and the number of its key.
     fn name(&self) -> String {
         let KeepOutKey { namespace, id } = &self.key;
         let id = format!("/{id}");
@@ -127,8 +127,8 @@ impl FramedKeepOut {
         !self.lifetime.is_zero() && now.saturating_sub(self.came) >= self.lifetime
     }
 
-    /// Returns the keep-out placed at `now`, with its frame at `base_from_frame`. If the solid equals that of `before`, reuses the
-    /// shape of `before`.
+    /// Returns the keep-out as placed at `now`, with its frame at `base_from_frame`. If the solid is the same as that of `before`,
+    /// reuses the shape of `before`.
     fn placed(
         &self,
         base_from_frame: UnitDualQuaternion,
@@ -147,7 +147,7 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Moves the keep-out with its frame. Returns the reason if the frame is no longer known, but only the first time.
+    /// Moves the keep-out with its frame. If TF no longer updates the frame, returns the reason the first time; otherwise `None`.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
@@ -178,8 +178,8 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the newest message at its exact pose. While the exact pose is not known, places it at the newest known pose. Returns
-    /// the reason if the exact pose is not found within `patience`.
+    /// Places the newest message at its exact pose. While the exact pose is not known, places it at the newest known pose. If the
+    /// exact pose is not found within `patience`, returns the reason; otherwise `None`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;
@@ -211,7 +211,7 @@ impl FramedKeepOuts {
     /// [`look`](Self::look) finds the pose of the new keep-out.
     ///
     /// # Errors
-    /// [`KeepOutRefused`]; nothing changes then.
+    /// [`KeepOutRefused`] if the keep-out cannot be added. Then nothing changes.
     pub fn put(&mut self, keep_out: FramedKeepOut, most: usize) -> Result<(), KeepOutRefused> {
         let (key, name) = (keep_out.key.clone(), keep_out.name());
         let why = if let Some(known) = self.all.iter_mut().find(|known| known.key == key) {
@@ -251,15 +251,15 @@ impl FramedKeepOuts {
         self.refused.clear();
     }
 
-    /// Returns whether poses may change without a new message.
+    /// Returns whether the pose of a keep-out may change, or a keep-out may expire, without a new message.
     pub fn may_change(&self) -> bool {
         let may_change = |placed: &Placed| placed.keep_out.is_carried || !placed.keep_out.lifetime.is_zero();
         self.all.iter().any(|known| known.next.is_some() || known.current.as_ref().is_some_and(may_change))
     }
 
-    /// Updates the poses of all keep-outs in `base` at `now`. Returns the keep-outs whose frames were not found within `patience`,
-    /// and the keep-outs whose frames have been silent for `patience`. Returns each such keep-out only once. A keep-out remains in
-    /// force until its replacement is found, even if that never happens.
+    /// Updates the poses of all keep-outs in the frame `base` at `now`. Returns the keep-outs whose poses were not found within
+    /// `patience`, and the keep-outs whose frames have been silent for `patience`, with the reasons. Returns each such keep-out
+    /// only once. A keep-out remains in force until the pose of its replacement is found, even if that never happens.
     pub fn look(
         &mut self,
         tree: &FrameTree,

@@ -104,8 +104,8 @@ impl FrameTree {
         self.places = self.edges.values().map(|edge| edge.history.len()).sum();
     }
 
-    /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. A stamp of 0 stands for the newest time at which all frames between
-    /// the two are known.
+    /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. A stamp of 0 stands for the newest time at which the transforms of
+    /// all frames between the two are known.
     ///
     /// # Errors
     /// [`FrameError`] if the pose is not known. Nothing is extrapolated.
@@ -122,8 +122,8 @@ impl FrameTree {
         Ok(of(&path.down)?.inverse() * of(&path.up)?)
     }
 
-    /// Returns the newest time at which all frames between `frame` and `base` are known \[ns\]; `None` if none of these frames
-    /// moves.
+    /// Returns the newest time at which the transforms of all frames between `frame` and `base` are known \[ns\]. Returns `None` if
+    /// none of these frames moves.
     ///
     /// # Errors
     /// [`FrameError`] if no transforms connect the two frames.
@@ -131,7 +131,7 @@ impl FrameTree {
         Ok(self.path(name(base), name(frame))?.newest())
     }
 
-    /// Returns whether no frame between `one` and `other` moves.
+    /// Returns whether TF connects `one` and `other`, and no frame between them moves.
     pub fn are_rigid(&self, one: &str, other: &str) -> bool {
         let path = self.path(name(one), name(other));
         path.is_ok_and(|path| path.edges().all(|(_, edge)| edge.history.is_static))
@@ -199,7 +199,7 @@ impl<'a> Path<'a> {
         self.up.iter().chain(&self.down)
     }
 
-    /// Returns the newest time at which the whole path is known \[ns\]; `None` if the path has no moving frame.
+    /// Returns the newest time at which all transforms of the path are known \[ns\]; `None` if no frame of the path moves.
     fn newest(&self) -> Option<i64> {
         self.edges().filter_map(|(_, edge)| edge.history.newest()).min()
     }

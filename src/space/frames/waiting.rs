@@ -34,8 +34,8 @@ pub struct Answer {
     pub base_from_goal: Result<UnitDualQuaternion, FrameError>,
 }
 
-/// Goals that wait for transforms that may still arrive, in the order of their arrival. When the pose of a goal is found, earlier
-/// goals are dropped.
+/// Goals that wait for transforms that may still arrive, in the order of their arrival. When the pose of a goal is found, the goals
+/// that arrived before it are dropped.
 #[derive(Clone, Debug, Default)]
 pub struct WaitingGoals {
     line: VecDeque<(FramedGoal, Duration)>,
@@ -55,13 +55,13 @@ impl WaitingGoals {
         self.line.retain(|(goal, _)| goal.number > number);
     }
 
-    /// Returns the time at which the first goal has waited for `patience`; `None` if no goal waits.
+    /// Returns the time at which the oldest goal will have waited for `patience`; `None` if no goal waits.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         self.line.front().map(|(_, came)| came.saturating_add(patience))
     }
 
-    /// Looks up the frame of each goal in `tree`, at the time `now`. Returns the goals whose poses in the frame `base` are found,
-    /// the goals whose poses cannot be found, and the goals that have waited for `patience`.
+    /// Looks up the frame of each goal in `tree` at the time `now`. Returns three kinds of goals: those whose poses in the frame
+    /// `base` are found, those whose poses can never be found, and those that have waited for `patience`.
     pub fn look(&mut self, tree: &FrameTree, base: &str, now: Duration, patience: Duration) -> Vec<Answer> {
         let mut answers = Vec::new();
         let found = |goal: &FramedGoal| {

@@ -10,13 +10,14 @@ use thiserror::Error;
 /// A capsule on a link: all points within a radius of a segment. It moves with the link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capsule {
-    /// The number of the link, counted from 1, arm after arm; 0 for a part fixed to the base. Unless joints drive several links,
-    /// this is also the number of the joint that moves the link.
+    /// The number of the link that carries the capsule, counted from 1, arm after arm; 0 for a part fixed to the base. If each
+    /// joint moves one link, this is also the number of the joint that moves the link.
     pub link: usize,
-    /// The indices of the links that carry the capsule, counted from 0, arm after arm. They include the capsule's own link.
+    /// The indices of the links whose motion moves the capsule, counted from 0, arm after arm: the capsule's own link and the links
+    /// before it.
     pub(super) carried_by: Range<usize>,
-    /// The segment in the link's frame, whose z axis is the joint's axis \[m\]. For a part fixed to the base it is in the base
-    /// frame.
+    /// The segment \[m\] in the frame of the link, whose z axis is the joint's axis. If the part is fixed to the base, the segment
+    /// is in the base frame.
     pub core: Segment,
     /// The radius \[m\].
     pub radius: f64,
@@ -49,8 +50,8 @@ const SHORTEST: f64 = 1e-6;
 const LARGEST: f64 = 100.0;
 
 impl Body {
-    /// Creates a body with a capsule of this radius \[m\] along each link, from the link's joint to the next joint or the tool.
-    /// Another capsule leads from the base to the first joint.
+    /// Creates a body with a capsule along each link, from the link's joint to the next joint or the tool. Another capsule leads
+    /// from the base to the first joint. All have the radius `radius` \[m\].
     pub fn along(chains: &[Chain], radius: f64) -> Self {
         let (mut capsules, mut before) = (Vec::new(), 0);
         for chain in chains {
@@ -82,7 +83,7 @@ impl Body {
         Ok(Self { capsules: capsules.collect::<Result<_, _>>()? })
     }
 
-    /// Returns the body of an arm whose base is at `world_from_base`. The world is then the base frame.
+    /// Returns the body of the same arm with its base at `world_from_base`. The arm's base frame is then the world.
     #[must_use]
     pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
         let world_from_base = world_from_base.frame();
@@ -92,7 +93,8 @@ impl Body {
         self
     }
 
-    /// Creates the body of all arms from the body of each arm. A part fixed to the base that several arms have exists only once.
+    /// Creates the body of all arms from the body of each arm. If several arms have the same part fixed to the base, the result has
+    /// it once.
     pub fn of_arms(bodies: impl IntoIterator<Item = Self>, chains: &[Chain]) -> Self {
         let (mut capsules, mut before) = (Vec::new(), 0);
         for (body, chain) in bodies.into_iter().zip(chains) {
@@ -109,7 +111,7 @@ impl Body {
 }
 
 impl Capsule {
-    /// Returns the tools of these arms as capsules without extent.
+    /// Returns a capsule for the tool of each arm. It has no extent: it is the tool point.
     pub(super) fn tools(chains: &[Chain]) -> Vec<Self> {
         let mut before = 0;
         let each = chains.iter().map(|chain| {

@@ -1,4 +1,4 @@
-//! Capsules that are fitted around shapes. Each is the smallest capsule whose axis is one of a few tried lines.
+//! Capsules fitted around shapes. The fit tries a few lines as the axis, and takes the smallest capsule.
 
 use super::Segment;
 use nalgebra::{Isometry3, Vector3};
@@ -13,7 +13,7 @@ pub struct Fitted {
     pub radius: f64,
 }
 
-/// A circle around a line, or a torus if `thick` is not 0. A capsule along the line must contain it.
+/// A circle around a line, or a torus if `thick` is not 0. A capsule along the line is fitted around it.
 #[derive(Clone, Copy)]
 struct Ring {
     /// The position of the circle along the line \[m\].
@@ -48,8 +48,8 @@ impl Fitted {
         along(&Vector3::zeros(), &Vector3::z(), &[rim(-0.5 * length), rim(0.5 * length)])
     }
 
-    /// Creates the smallest capsule around `points` whose axis is parallel to x, y or z and passes through the middle of their
-    /// bounding box. `None` if there are no points.
+    /// Creates the smallest capsule around `points` whose axis is parallel to x, y or z and passes through the middle of the
+    /// points' bounding box. Returns `None` if there are no points.
     pub fn points(points: &[Vector3<f64>]) -> Option<Self> {
         let first = points.first()?;
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
@@ -98,8 +98,8 @@ fn volume(length: f64, radius: f64) -> f64 {
     PI * radius * radius * (length + 4.0 / 3.0 * radius)
 }
 
-/// Returns the smallest capsule around these balls whose axis is one of `lines`. Each line is a point and a direction; each ball is
-/// a center and a radius.
+/// Returns the smallest capsule that contains `balls` and has one of `lines` as its axis. Each line is a point and a direction;
+/// each ball is a center and a radius.
 fn smallest(
     lines: &[(Vector3<f64>, Vector3<f64>)],
     balls: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
@@ -116,8 +116,8 @@ fn smallest(
     lines.iter().filter_map(on).min_by(|one, two| one.volume().total_cmp(&two.volume()))
 }
 
-/// Returns the smallest capsule around these rings with the line through `origin` along `direction` as its axis. Searches for the
-/// best radius, because a thicker capsule may be shorter.
+/// Returns the smallest capsule around `rings` whose axis is the line through `origin` along `direction`. Searches for the best
+/// radius, because a thicker capsule may be shorter.
 fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fitted {
     let [bottom, top] = span(rings, f64::INFINITY);
     let middle = 0.5 * (bottom + top);
@@ -140,8 +140,8 @@ fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fit
     Fitted { core: Segment { ends }, radius }
 }
 
-/// Returns the ends, along the line, of the shortest segment with which a capsule of this radius contains the rings. For an
-/// infinite radius, returns the range of the rings' positions.
+/// Returns the ends of the shortest segment, as positions along the line, with which a capsule of this radius contains the rings.
+/// For an infinite radius, returns the range of the rings' positions.
 fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     let (mut bottom, mut top) = (f64::INFINITY, f64::NEG_INFINITY);
     for ring in rings {
@@ -157,11 +157,12 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     if bottom > top { [0.5 * (bottom + top); 2] } else { [bottom, top] }
 }
 
-/// If a joint has more capsules than this, they are first merged in pairs, in their order.
+/// Largest number of capsules of one joint for which all pairs are compared. If there are more, successive capsules are merged
+/// first.
 const MOST_OF_ONE: usize = 64;
 
 /// Merges capsules of the same joint. Two capsules become one if their union has at most the volume of both together. While there
-/// are more than `most` capsules, also merges the two capsules of one joint whose union adds the least volume.
+/// are more than `most` capsules in total, also merges the two capsules of one joint whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();

@@ -1,23 +1,23 @@
-//! The gap between two objects, with its direction.
+//! The gap between two objects: the signed distance between them, and its direction.
 
 use nalgebra::Vector3;
 
-/// The gap between a capsule's segment and another object.
+/// The gap between a capsule's segment, or one point of the segment, and another object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// The width of the gap \[m\]; negative if the two objects overlap.
+    /// The signed distance \[m\], negative if the two objects overlap.
     pub distance: f64,
     /// The direction, of unit length, in which the gap grows fastest if the point of the capsule moves.
     pub normal: Vector3<f64>,
-    /// The end of the gap on the capsule's segment \[m\].
+    /// The point on the capsule's segment from which the gap is measured \[m\].
     pub point: Vector3<f64>,
-    /// The other end of the gap \[m\]. Between two capsules, this is a point of the other segment. At a keep-out, it is a point of
-    /// the keep-out's surface.
+    /// The point of the other object to which the gap is measured \[m\]. If the object is a capsule, this is a point of its
+    /// segment. If the object is a keep-out, this is a point of its surface.
     pub other: Vector3<f64>,
 }
 
 impl Gap {
-    /// Returns the gap reduced by `radius`, the sum of the radii of both parts around their segments \[m\].
+    /// Returns the gap between two parts from the gap between their segments. `radius` is the sum of the radii of both parts \[m\].
     pub fn less(self, radius: f64) -> Self {
         Self { distance: self.distance - radius, ..self }
     }

@@ -45,7 +45,7 @@ struct Face {
     triangles: Vec<[Vector3<f64>; 3]>,
 }
 
-/// Least thickness of a hull \[m\], also as a fraction of its length. A thinner hull counts as flat.
+/// Least thickness of a hull, in meters and as a fraction of the hull's length. A thinner hull counts as flat.
 pub(super) const FLAT: f64 = 1e-6;
 
 /// A point counts as in a plane if its distance from the plane is at most this fraction of the hull's length.
@@ -55,7 +55,8 @@ const EXACT: f64 = 1e-8;
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {
-    /// Computes the hull of `points` \[m\]. `None` if they lie in a plane, or so close to a plane that the faces are not found.
+    /// Computes the hull of `points` \[m\]. Returns `None` if the points lie in a plane, or so near to a plane that the faces are
+    /// not found.
     pub fn of(points: &[Vector3<f64>]) -> Option<Self> {
         let (length, evenly) = spread(points)?;
         let near = EXACT * length;
@@ -106,17 +107,17 @@ impl Hull {
         })
     }
 
-    /// Yields, for each face, the height of `point` above its plane \[m\], and the outward normal.
+    /// Yields, for each face, the height of `point` above the plane of the face \[m\], and the outward normal.
     pub(super) fn planes(&self, point: &Vector3<f64>) -> impl Iterator<Item = (f64, Vector3<f64>)> {
         self.faces.iter().map(|face| (face.above(point), face.normal))
     }
 
-    /// Computes a lower bound of the signed distance of `point` \[m\], with little computation.
+    /// Returns a lower bound of the signed distance of `point` from the hull \[m\]. This takes little computation.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         self.ball.at_least(point)
     }
 
-    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient.
+    /// Returns the signed distance of `point` from the hull \[m\], negative inside, and the gradient of that distance.
     pub(super) fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let (mut highest, mut first) = (f64::NEG_INFINITY, &self.faces[0]);
         for face in &*self.faces {
@@ -171,8 +172,8 @@ impl Face {
     }
 }
 
-/// Returns an estimate of the length of the point cloud \[m\], at least half of it, and the matrix that scales the cloud to equal
-/// extents. `None` if the points lie in a plane.
+/// Returns an estimate of the length of the point cloud \[m\], which is at least half of that length, and the matrix that scales
+/// the cloud to equal extents. Returns `None` if the points lie in a plane.
 fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     let first = points.first()?;
     let farthest = |far: &dyn Fn(&Vector3<f64>) -> f64| {
@@ -189,7 +190,7 @@ fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     (thick > FLAT * length.max(1.0)).then_some((length, evenly))
 }
 
-/// Removes points that are within `near` \[m\] of another point. Otherwise parry3d loses faces of a hull between such corners.
+/// Removes each point that is within `near` \[m\] of another point. Otherwise parry3d would lose faces between such corners.
 fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
     // Two corners of a machine part rarely lie in one plane perpendicular to this direction.
     let along = |point: &Vector3<f64>| Vector3::new(0.36, 0.48, 0.8).dot(point);

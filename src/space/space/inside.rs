@@ -1,17 +1,18 @@
-//! The distance of a point inside a shape from the shape's surface.
+//! The distance between a point inside a shape and the surface of the shape.
 
 use super::{Gap, Shape};
 use nalgebra::Vector3;
 
 impl Shape {
-    /// Returns the gap between a point inside the shape and the shape's surface. The distance is negative if the point is outside.
+    /// Returns the gap between a point inside the shape and the surface of the shape. If the point is outside, the gap's distance
+    /// is negative.
     pub fn gap_inside(&self, point: &Vector3<f64>) -> Gap {
         let (distance, outward) = self.distance(point);
         gap(point, -distance, -outward)
     }
 
-    /// Calls `each` with the gap between a point inside the shape and each face of a box, a cylinder or a hull. Other shapes have a
-    /// single smooth surface, for which [`gap_inside`](Self::gap_inside) is enough.
+    /// Calls `each` with the gaps between a point inside a box, a cylinder or a hull and each face of that shape. For other shapes,
+    /// which have a single smooth surface, [`gap_inside`](Self::gap_inside) is enough.
     pub(super) fn faces(&self, point: &Vector3<f64>, mut each: impl FnMut(Gap)) {
         let mut between = |half: f64, along: f64, direction: Vector3<f64>| {
             each(gap(point, half - along, -direction));

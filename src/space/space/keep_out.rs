@@ -20,7 +20,7 @@ pub struct KeepOut {
     solid: Solid,
 }
 
-/// The allowed numbers of points of a hull. A hull has fewer than twice as many faces as points, and all faces may constrain a
+/// The allowed number of points of a hull. A hull has fewer than twice as many faces as points, and all faces may constrain a
 /// velocity at once.
 const POINTS: RangeInclusive<usize> = 4..=100;
 

@@ -12,12 +12,12 @@ const SAMPLES: u32 = 200;
 /// A pair counts as always touching if its parts are apart in at most this many samples: 5 %, as in MoveIt's setup assistant.
 const SELDOM: u32 = SAMPLES / 20;
 
-/// The assumed range of a prismatic joint without limits, on each side \[m\].
+/// The range that a prismatic joint without limits is assumed to have, on each side of 0 \[m\].
 const SLIDE: f64 = 3.0;
 
 impl Scene {
-    /// Creates the scene of these arms. Their joints move within these ranges \[rad, prismatic: m\], arm after arm. Pairs of body
-    /// parts that always touch are left out.
+    /// Creates the scene of the arms `chains`, whose joints move within `ranges` \[rad, prismatic: m\], arm after arm. Pairs of
+    /// body parts that always touch are left out.
     ///
     /// # Errors
     /// [`SceneError`] if there are more than [`MOST_CAPSULES`] capsules or [`MOST_KEEP_OUTS`] keep-outs.
@@ -60,11 +60,11 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Returns the scene with keep-ins: the tool of each arm must stay in all of `keep_ins`. `chains` and `ranges` must be the
-    /// arms and joint ranges from which the scene was created.
+    /// Returns the scene with keep-ins: the tool of each arm must stay in all of `keep_ins`. The caller must pass the `chains` and
+    /// `ranges` from which the scene was created.
     ///
     /// # Errors
-    /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`], including keep-outs.
+    /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`] keep-ins and keep-outs together.
     pub fn staying_in(
         mut self,
         keep_ins: Vec<KeepOut>,
@@ -87,7 +87,7 @@ impl Scene {
         Ok(self)
     }
 
-    /// Converts levers per motion of each link to levers per motion of each joint, which may drive several links.
+    /// Converts levers per motion of each link to levers per motion of each joint. A joint may move several links.
     fn of_joints(&self, levers: &[f64]) -> Vec<f64> {
         let mut of_joints = vec![0.0; self.joint_count];
         for (lever, (coupling, _)) in levers.iter().zip(&self.links) {
@@ -96,7 +96,7 @@ impl Scene {
         of_joints
     }
 
-    /// Returns how many more keep-outs are possible.
+    /// Returns how many more keep-outs can be added.
     pub fn room(&self) -> usize {
         MOST_KEEP_OUTS.saturating_sub(self.keep_outs.len() + self.keep_ins.len())
     }
@@ -110,8 +110,8 @@ impl Scene {
         }
     }
 
-    /// Adds a pair for each capsule and each of these keep-outs, except for capsules that never move. Adds pairs that touch, too,
-    /// because keep-outs do not move with the arm.
+    /// Adds the keep-outs `more`, and a pair for each of them with each capsule that can move. Unlike pairs of capsules, pairs that
+    /// touch are not left out, because keep-outs do not move with the arm.
     fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
         self.check_room(&more)?;
         for keep_out in more {

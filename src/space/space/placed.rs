@@ -1,4 +1,4 @@
-//! A body at given joint positions: the gaps between its parts and their surroundings, and the derivatives of these gaps.
+//! A body at given joint positions: the gaps between its parts and the parts that they can meet, and the derivatives of these gaps.
 
 use super::scene::{Against, Meeting, travel};
 use super::{Gap, MOST_CAPSULES, MOST_PAIRS, Scene, Segment};
@@ -16,8 +16,8 @@ pub struct Placed {
     axes: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
-    /// The last measured gap of each pair, without the radii around the segments. Only the body moves. So the measured gap yields a
-    /// lower bound of the gap at any other position of the body.
+    /// The last measured gap of each pair, between the segments. From it follows a lower bound of the gap at any other position of
+    /// the body, because only the body moves. `None` if the gap has not been measured.
     measured: Vec<Option<Gap>>,
     /// The largest possible travel of each part, and of each pair of capsules relative to each other, since the gaps were measured
     /// \[m\].
@@ -26,7 +26,7 @@ pub struct Placed {
 
 #[cfg(debug_assertions)]
 thread_local! {
-    /// Number of gaps to keep-outs that this thread has measured. Tests use this number as the cost of a cycle.
+    /// Number of gaps to keep-outs that this thread has measured. Tests use it as a measure of the work in a cycle.
     pub static MEASURED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
@@ -84,7 +84,8 @@ impl Placed {
         put(&mut self.measured, std::iter::repeat_n(None, scene.pair_count()));
     }
 
-    /// Places the body: the joints of the arms of `scene` are at `theta` \[rad, prismatic: m\], arm after arm. Allocates nothing.
+    /// Places the body: sets the joints of `chains`, the arms of `scene`, to `theta` \[rad, prismatic: m\], arm after arm.
+    /// Allocates nothing.
     pub fn place<'a>(&mut self, scene: &Scene, chains: impl IntoIterator<Item = &'a Chain>, theta: &[f64]) {
         let (mut slots, mut theta) = (self.links.iter_mut().zip(&mut self.axes), theta);
         for chain in chains {
@@ -108,8 +109,8 @@ impl Placed {
     /// Sets `near` to the pairs that are near, in the order of `scene`, up to the capacity of `near`. Measures only the gaps that
     /// may be small enough.
     ///
-    /// A pair is near if its gap is less than `within(travel)` \[m\]. Here `travel` is the pair's [`travel`](Scene::travel) if the
-    /// joints move by `moves` \[rad, prismatic: m\].
+    /// A pair is near if its gap is less than `within(travel)` \[m\]. Here `travel` \[m\] is by how much the gap can shrink
+    /// ([`travel`](Scene::travel)) if each joint moves by `moves` \[rad, prismatic: m\].
     pub fn near(
         &mut self,
         scene: &Scene,
@@ -139,14 +140,14 @@ impl Placed {
         self.core_gap(scene, meeting).less(meeting.radius)
     }
 
-    /// Returns a lower bound of a pair's gap, computed from `near`, the gap at other positions of the body. Takes little
-    /// computation. `None` if `near` yields no bound.
+    /// Returns a lower bound of the gap of a pair with a keep-out; `None` for other pairs. `near` is the gap of the same pair at
+    /// other positions of the body. This takes little computation.
     pub fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
         let Meeting { capsule, against, .. } = scene.meetings[near.pair];
         matches!(against, Against::KeepOut(_)).then(|| self.cores[capsule].gap_at_least(&near.gap))
     }
 
-    /// Returns a lower bound of a pair's gap, with little computation.
+    /// Returns a lower bound of a pair's gap \[m\]. This takes little computation.
     fn at_least(&self, scene: &Scene, pair: usize) -> f64 {
         let meeting = &scene.meetings[pair];
         let (middle, half) = self.balls[meeting.capsule];
@@ -177,8 +178,8 @@ impl Placed {
         }
     }
 
-    /// Calls `each` with the gaps at the ends of a pair's segments. If two segments are parallel, a single point does not show how
-    /// they may move.
+    /// Calls `each` with the gaps at both ends of each segment of a pair. If two segments are parallel, the gap at a single point
+    /// does not show how the segments may move.
     ///
     /// For a tool in a box, a cylinder or a hull, calls `each` with the gap to each face, because several faces may be equally
     /// near.
@@ -202,8 +203,9 @@ impl Placed {
         }
     }
 
-    /// Sets `slope` to the growth of a pair's gap with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987). The slope
-    /// is the normal times the Jacobian of the capsule's point, less the normal times the Jacobian of the other capsule's point.
+    /// Sets `slope` to the derivatives of a pair's `gap` with respect to the joint positions [m/rad, prismatic: m/m] (Faverjon &
+    /// Tournassoud 1987). They are the normal times the Jacobian of the capsule's point. For a pair of capsules, the normal times
+    /// the Jacobian of the other capsule's point is subtracted.
     pub fn slope(&self, scene: &Scene, pair: usize, gap: &Gap, slope: &mut [f64]) {
         let meeting = &scene.meetings[pair];
         slope.fill(0.0);

@@ -1,4 +1,4 @@
-//! A scene: an arm's body, its keep-outs and keep-ins, and the pairs of these that can meet.
+//! A scene: an arm's body, its keep-outs and keep-ins, and the pairs of these parts that can meet.
 
 use super::{Body, Capsule, KeepOut, Name};
 use dq_kinematics::arm::{Coupling, JointKind};
@@ -27,7 +27,7 @@ fn names(of: &[Name]) -> String {
     of.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// The second part of a pair, by its index.
+/// The second part of a pair, with its index among the parts of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Against {
     Capsule(usize),
@@ -36,13 +36,13 @@ pub(super) enum Against {
     KeepIn(usize),
 }
 
-/// A pair of parts that are checked.
+/// A pair of parts whose gap is checked.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
     /// The index of the capsule in the body. Tools are numbered after the capsules.
     pub capsule: usize,
     pub against: Against,
-    /// The index in [`Scene::levers`] of the bounds on this pair's motion, one bound per joint.
+    /// The index in [`Scene::levers`] of this pair's levers.
     pub levers: usize,
     /// The sum of the radii of both parts \[m\].
     pub radius: f64,
@@ -51,8 +51,8 @@ pub(super) struct Meeting {
 /// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body. Each part is named by the number of the joint that moves or drives its link (from 1, arm after arm);
-    /// 0 for a base.
+    /// Two parts of the body. Each part is named by the number of the joint that moves its link (from 1, arm after arm); 0 for a
+    /// base.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
@@ -109,8 +109,8 @@ impl Pair {
         }
     }
 
-    /// Describes the pair and its gap \[m\] in words. The gap is negative if the two parts overlap, or if the tool is outside its
-    /// keep-in.
+    /// Describes the pair and its `gap` \[m\] in words: the signed distance between the two parts. It is negative if the parts
+    /// overlap, or if the tool is outside its keep-in. `joint` names a joint by its number.
     pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
         let (length, is_closed) = (millimeters(gap.abs()), gap < 0.0);
         match self {
@@ -150,7 +150,7 @@ impl Why {
 /// A pair that is not checked, and the reason.
 pub type LeftOut = (Pair, Why);
 
-/// A body with its keep-outs, tools with their keep-ins, and the pairs of these that can meet.
+/// An arm's body with its keep-outs, its tools with their keep-ins, and the pairs of these parts that can meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     pub(super) body: Body,
@@ -158,8 +158,9 @@ pub struct Scene {
     /// The tools, as capsules without extent.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// The levers: the largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad,
-    /// prismatic: m/m]. The single capsules come first.
+    /// The levers, one list with one number per joint for each part and for each pair of capsules. A lever is the largest motion
+    /// that the joint can give to the part, or to one capsule relative to the other, divided by the motion of the joint [m/rad,
+    /// prismatic: m/m]. The lists of single parts come first.
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
@@ -227,26 +228,26 @@ impl Scene {
         self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
-    /// Returns by how much a pair's gap shrinks at most \[m\] if each joint moves by `moves` \[rad, prismatic: m\] in either
-    /// direction.
+    /// Returns by how much the gap of pair `number` can shrink at most \[m\] if each joint moves by `moves` \[rad, prismatic: m\]
+    /// in either direction.
     pub fn travel(&self, number: usize, moves: impl Iterator<Item = f64>) -> f64 {
         travel(&self.levers[self.meetings[number].levers], moves)
     }
 
-    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so the gap along a straight line is smallest at one
-    /// end of the line.
+    /// Returns whether pair `number` is a tool and its keep-in. Because keep-ins are convex, the gap of a tool that moves on a
+    /// straight line is smallest at one end of the line.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// Returns the distance between the segments of a pair at which the pair's gap is 0 \[m\].
+    /// Returns the distance between the segments of pair `number` at which the gap of the pair is 0 \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }
 }
 
-/// Returns the largest motion of a part \[m\] if each joint moves by `moves` \[rad, prismatic: m\]. `levers` are the part's largest
-/// motions per motion of each joint.
+/// Returns the largest possible motion of a part \[m\] if each joint moves by `moves` \[rad, prismatic: m\]. `levers` has, for each
+/// joint, the part's largest motion divided by the joint's motion.
 pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
     levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }

@@ -15,8 +15,8 @@ const TOGETHER: f64 = 1e-12;
 
 impl Segment {
     /// Returns a lower bound of the gap between this segment and a convex shape. `gap` is the gap between another segment and the
-    /// shape. The shape lies behind the plane through the gap's end, perpendicular to its normal. So this segment is at least as
-    /// far from the shape as from that plane.
+    /// shape. The whole shape lies behind a plane: the plane through the end of `gap` on the shape, perpendicular to the normal of
+    /// `gap`. So this segment is at least as far from the shape as from that plane.
     pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
         let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
         let [one, other] = self.ends.map(|end| (beyond(&end), end));
@@ -24,12 +24,12 @@ impl Segment {
         Gap { distance, normal: gap.normal, point, other: point - distance * gap.normal }
     }
 
-    /// Creates the segment whose middle is `center`. The segment extends by `half` to both sides \[m\].
+    /// Creates the segment from `center - half` to `center + half` \[m\].
     pub fn about(center: &Vector3<f64>, half: &Vector3<f64>) -> Self {
         Self { ends: [center - half, center + half] }
     }
 
-    /// Returns the point at the fraction `part` of the segment, from the first end to the second end.
+    /// Returns the point at the fraction `part` of the way from the first end to the second end.
     pub fn at(&self, part: f64) -> Vector3<f64> {
         self.ends[0] + part * self.vector()
     }
@@ -46,7 +46,7 @@ impl Segment {
         Isometry3::from_parts(self.at(0.5).into(), turn)
     }
 
-    /// Returns the fraction, from 0 to 1, of the segment's point that is nearest to `point`.
+    /// Returns where on the segment the point nearest to `point` is: from 0 at the first end to 1 at the second end.
     fn part_near(&self, point: &Vector3<f64>) -> f64 {
         let along = self.vector();
         let length = along.norm_squared();

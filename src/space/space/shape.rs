@@ -51,8 +51,9 @@ const EXACT: f64 = 1e-12;
 const STEPS: u32 = 40;
 
 impl Shape {
-    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient of unit length. Because the shape is convex,
-    /// the distance is a convex function. If the point moves, the distance changes by at most the length of the motion.
+    /// Returns the signed distance of `point` from the shape \[m\], negative inside, and the gradient of that distance, a unit
+    /// vector. The distance is a convex function of the point, because the shape is convex. If the point moves, the distance
+    /// changes by at most the length of the motion.
     pub fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         match self {
             Self::HalfSpace(plane) => (plane.distance(point), plane.normal()),
@@ -83,7 +84,7 @@ impl Shape {
         }
     }
 
-    /// Computes a lower bound of the distance of `point` \[m\], with little computation for any shape.
+    /// Returns a lower bound of the signed distance of `point` from the shape \[m\]. This takes little computation for every shape.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         match self {
             Self::Hull(hull) => hull.at_least(point),
@@ -91,7 +92,8 @@ impl Shape {
         }
     }
 
-    /// Returns the gap between the shape and the nearest point of `segment`; if the segment enters the shape, its deepest point.
+    /// Returns the gap between the shape and the nearest point of `segment`. If the segment enters the shape, its deepest point
+    /// counts.
     pub fn gap_to(&self, segment: &Segment) -> Gap {
         match self {
             Self::Sphere { center, radius } => {
@@ -112,8 +114,8 @@ impl Shape {
         Gap { distance, normal, point: *point, other: point - distance * normal }
     }
 
-    /// Returns the gap at the point of a segment with the smallest distance. The distance is convex, so the tangents at two points
-    /// intersect at a lower bound. The method evaluates the distance there next (Kelley 1960).
+    /// Returns the gap at the point of the segment that has the smallest distance. The distance is convex, so the tangents at two
+    /// points intersect at a lower bound of the distance. The next point to evaluate is at this intersection (Kelley 1960).
     fn lowest(&self, segment: &Segment) -> Gap {
         let along = segment.vector();
         let at = |part: f64| {
@@ -151,8 +153,8 @@ fn length(vector: &Vector3<f64>) -> (f64, Vector3<f64>) {
     if length > 0.0 { (length, vector / length) } else { (0.0, Vector3::x()) }
 }
 
-/// Returns the signed distance of the point `beyond` from the set of points without positive components. Also returns the gradient
-/// of that distance.
+/// Returns the signed distance of the point `beyond` from the set of all points without positive components, and the gradient of
+/// that distance.
 fn outside<const N: usize>(beyond: &nalgebra::SVector<f64, N>) -> (f64, nalgebra::SVector<f64, N>) {
     let out = beyond.map(|part| part.max(0.0));
     let distance = out.norm();

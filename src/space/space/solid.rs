@@ -1,4 +1,4 @@
-//! Solids, described by their sizes as in texts and messages.
+//! Solids, given by their sizes, as in parameters and messages.
 
 use super::hull::FLAT;
 use super::name::NameError;
@@ -33,7 +33,7 @@ pub enum KeepOutError {
 }
 
 impl KeepOutError {
-    /// Returns the description of a valid keep-out.
+    /// Returns a description of what is expected instead, for the error message.
     pub fn expected(&self) -> String {
         match self {
             Self::Name(why) => why.expected(),
@@ -60,13 +60,13 @@ impl fmt::Display for KeepOutError {
     }
 }
 
-/// Largest distance of a position, and largest length \[m\].
+/// Largest distance of a position from the origin, and largest length \[m\].
 pub(super) const FARTHEST: f64 = 1000.0;
 
 /// The orientation qx qy qz qw of a solid that is not rotated.
 pub const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// A solid by its sizes, in meters, in its own reference frame.
+/// A solid in its own reference frame, given by its sizes in meters.
 ///
 /// The text form is the name of the shape followed by its numbers:
 ///
@@ -161,7 +161,7 @@ impl Solid {
         wrong_numbers(self.name())
     }
 
-    /// Returns the solid after a motion of its frame by `by`.
+    /// Returns the solid moved by the transform `by`.
     pub fn moved(&self, by: &Isometry3<f64>) -> Self {
         let place = |point: &Vector3<f64>| by.rotation * point + by.translation.vector;
         let mut moved = self.clone();
