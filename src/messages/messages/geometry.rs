@@ -44,7 +44,7 @@ message! {
     }
 }
 message! {
-    /// A linear velocity [m/s] and an angular velocity [rad/s]. In a pose error, the two vectors are in [m] and [rad].
+    /// A linear velocity [m/s] and an angular velocity [rad/s]. In a pose error, the two vectors are in \[m\] and \[rad\].
     Twist = "geometry_msgs/msg/Twist" {
         linear: Vector3,
         angular: Vector3,

@@ -6,7 +6,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{Contended, Interface, Reason, Revocation, State};
 use std::time::Duration;
 
-/// The interfaces that take positions, with the rates of their cycles [Hz].
+/// The interfaces that take positions, with the rates of their cycles \[Hz\].
 const OF_POSITIONS: [(Interface, u32); 2] = [(Interface::Position, 500), (Interface::Trajectory, 100)];
 
 fn rig(interface: Interface, rate: u32) -> Rig {
