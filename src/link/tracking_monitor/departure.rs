@@ -43,8 +43,8 @@ pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 /// joint is commanded to move by at least [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// The speed from which on this module no longer monitors a joint that has responded [rad/s, prismatic: m/s]. At lower speeds it
-/// compares the changes of motion and commands.
+/// The speed from which on a joint that has responded is not judged by changes [rad/s, prismatic: m/s]. The monitor then compares
+/// the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
 /// The least change of the commanded motion after which the monitor judges whether a slow joint has stopped responding \[rad,
