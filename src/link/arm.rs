@@ -264,7 +264,7 @@ impl ArmLink {
         self.returned = returned;
     }
 
-    /// Computes the arm's figures for the cycle at `now`. `fixed` is the latency that a parameter sets, or `None` to use the
+    /// Computes the [`ArmFigures`] of the cycle at `now`. `fixed` is the latency that a parameter sets, or `None` to use the
     /// estimated latency. `cycles` has the lateness of the cycles.
     pub fn sum_up(&mut self, now: Duration, fixed: Option<Duration>, cycles: &Cycles) {
         let due = self.received.unwrap_or(now) + seconds(self.latency.interval());

@@ -53,7 +53,7 @@ pub(crate) struct Latency {
     response: f64,
     /// The weighted number of compared motions.
     count: f64,
-    /// The sum of each joint's motions \[rad, prismatic: m\].
+    /// The sum of each joint's measured displacements \[rad, prismatic: m\].
     moved: Vec<f64>,
     /// The sum of the squares of all motions \[rad²\].
     motion: f64,
@@ -63,9 +63,9 @@ pub(crate) struct Latency {
 /// The comparison for one possible response time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Candidate {
-    /// The motion compared with the commands of one response time earlier.
+    /// The comparison of the motions with the commands that were sent earlier by this response time.
     comparison: Comparison,
-    /// The sum of each joint's commands \[rad, prismatic: m\].
+    /// The sum of each joint's commanded displacements \[rad, prismatic: m\].
     asked: Vec<f64>,
 }
 

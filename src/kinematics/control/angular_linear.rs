@@ -1,5 +1,5 @@
-//! Pairs of an angular and a linear vector. A vector may be stored in registers of two numbers (`f64x2`), both of which are the
-//! same.
+//! Pairs of an angular and a linear vector. Some functions store each number of a vector twice, in both halves of a register
+//! (`f64x2`).
 
 use crate::arm::pair::{self, Motions};
 use nalgebra::{UnitQuaternion, Vector3};

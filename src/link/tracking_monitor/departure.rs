@@ -36,15 +36,15 @@ const SEEN: f64 = 2e-4;
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
-/// The distance that a joint must be commanded to move before the monitor concludes that it does not respond \[rad, prismatic: m\].
+/// The least commanded distance after which the monitor may conclude that a joint does not respond \[rad, prismatic: m\].
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
-/// A joint that has responded counts as stuck if it stands for this time plus the delay after a command to move by
-/// [`PROBE_DISTANCE`].
+/// How long a joint that has responded must stand, in addition to the response time, to count as stuck. It counts only while the
+/// joint is commanded to move by at least [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// From this speed on, the monitor compares a joint that has responded with its whole commands [rad/s, prismatic: m/s]. At lower
-/// speeds it compares changes only.
+/// The speed from which on a joint that has responded is not judged by changes [rad/s, prismatic: m/s]. The monitor then compares
+/// the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
 /// The least change of the commanded motion after which the monitor judges whether a slow joint has stopped responding \[rad,
