@@ -56,7 +56,7 @@ struct Entry {
 }
 
 impl SqliteFile {
-    /// Opens the database at `data` without changing it. Error messages call it `path`. Calls `lost` with each incomplete part.
+    /// Opens the database at `data` without changing it. Error messages name `path` instead. Calls `lost` with a description of each incomplete part.
     ///
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].

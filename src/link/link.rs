@@ -247,8 +247,8 @@ impl Link {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// Returns the number of a joint that moves too far (from 1, arm after arm), and its distance divided by the commanded
-    /// distance. Returns `None` if there is no such joint.
+    /// Returns the number of a joint that moves too far, and the joint's distance divided by the commanded distance. Joints are
+    /// numbered from 1, arm after arm. `None` if no joint moves too far.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;

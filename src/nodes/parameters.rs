@@ -135,7 +135,7 @@ impl<P: NodeParameters> NodeArguments<P> {
     /// Checks the parameters together with a `robot_description` that arrived on a topic.
     ///
     /// # Errors
-    /// [`NodeError`] if a parameter is invalid, or if the description has no such arm.
+    /// [`NodeError`] if a parameter is invalid, or if the description does not contain the arm that the parameters name.
     pub(super) fn describe(mut self, text: String) -> Result<Prepared<P>, NodeError> {
         let name = "robot_description";
         self.values.push(ParameterOverride::new(name, Value::String(text), name));

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// The longest time of a search. The search shares the processors with other tasks.
 const BUDGET: Duration = Duration::from_millis(20);
 
-/// The cycle's side of the search. The cycle and the thread pass a single search back and forth, without allocations.
+/// The cycle's side of the search. The cycle and the thread of the search pass a single search back and forth, without allocations.
 pub(super) struct Searcher {
     here: Option<Box<Search>>,
     questions: SyncSender<Box<Search>>,

@@ -63,7 +63,7 @@ pub(super) enum Step {
     Decelerate,
     /// Send zeros.
     FinalZeros,
-    /// End.
+    /// End the node with this outcome.
     Gone(Outcome),
 }
 

@@ -22,11 +22,11 @@ const STEPS: u32 = 60;
 /// Largest step of a joint \[rad, prismatic: m\]. The linearization is good enough for a step up to this size.
 const LONGEST_STEP: f64 = 0.5;
 
-/// The damped inverse has this fraction of the error as its λ, and also as the singular value σ₀ below which damping begins.
-/// `DAMPINGS` limits both.
+/// This fraction of the error is the λ of the [damped inverse](Damping), and also its σ₀, the singular value below which it damps.
+/// `DAMPINGS` bounds both.
 const DAMPING: f64 = 0.3;
 
-/// The first number is the upper limit of λ and of σ₀. Then the second number is added to both.
+/// The bounds of λ and σ₀: each is at most the first number, and the second number is added to each.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
 /// The fraction of the goal tolerance within which the search counts the goal as reached. It is less than 1, so that the law
@@ -130,7 +130,7 @@ impl Search {
         (self.starts, self.shortest) = (0, f64::INFINITY);
     }
 
-    /// Tries starts until `most` starts have been tried since the question, or `goes_on` returns false. Allocates nothing.
+    /// Tries start positions until `most` have been tried for the present question, or `goes_on` returns false. Allocates nothing.
     pub fn run(&mut self, most: u32, mut goes_on: impl FnMut() -> bool) {
         while self.starts < most && goes_on() {
             self.start();

@@ -39,7 +39,7 @@ pub(in crate::cli) struct Demo {
     /// Show the arm in a browser until ctrl-C: it moves to the goal once the page is open, and then wherever you send it
     #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
-    /// Address and port of the page; port 0: any free one. Other hosts reach it at 0.0.0.0:8123
+    /// Address and port of the page; port 0: any free one. With 0.0.0.0:8123, other hosts can open the page
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["json", "record"])]
     listen: Option<String>,
     /// Print a JSON list instead of a table

@@ -1,4 +1,4 @@
-//! `dq_servo reproduce`: repeats everything in the paper, without a graph.
+//! `dq_servo reproduce`: repeats everything in the paper, without joining a ROS graph.
 
 use super::table::{self, seconds};
 use crate::cli::arm::ArmChoice;

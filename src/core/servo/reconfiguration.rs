@@ -64,8 +64,8 @@ pub enum NoWayRound {
     /// There was no search, because the parameter `reconfigure` is `never`.
     #[error("the parameter reconfigure is never")]
     Never,
-    /// There is no result. Either there was no search, because another configuration would not help, or the search did not answer
-    /// in time.
+    /// There is no result of a search: another configuration would not help against this stall, or the search did not answer in
+    /// time.
     #[error("no other configuration was searched: {}", .0.explain(|joint| format!("joint {joint}")))]
     NotLookedFor(Stall),
     /// The search is still under way.

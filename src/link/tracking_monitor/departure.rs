@@ -47,9 +47,9 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
-/// The least change of the commanded motion after which the monitor judges whether a slow joint has stopped responding \[rad,
-/// prismatic: m\]. The change is the commanded distance since the anchor, less the distance at the command that was in force at the
-/// anchor.
+/// The least deviation from a uniform motion after which the monitor judges whether a slow joint has stopped responding \[rad,
+/// prismatic: m\]. The deviation is the distance commanded since the anchor (the joint state with which the comparison begins), less
+/// the distance at the speed that was commanded at the anchor.
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest error of the measured speed at an anchor [rad/s, prismatic: m/s]. It occurs if an encoder with 8192 counts per turn
@@ -65,8 +65,10 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// Returns the least distance by which a joint should have moved \[rad, prismatic: m\], after a command to move by `asked`. The
-/// pull may have moved the joint by `pulled`. A pull excuses a joint that moves less, but never demands motion.
+/// Returns the least distance by which a joint should have moved \[rad, prismatic: m\], after a command to move by `asked`.
+///
+/// `pulled` is the part of the command that a pull may have canceled. It reduces the result if it has the sign of `asked`, and never
+/// increases the result.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)

@@ -67,10 +67,10 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
-/// A client of ros2-client, which the node stores. All [`Client`]s that the node creates for one service share it.
+/// The client of ros2-client for one service. The node stores it, and all [`Client`]s of that service share it.
 ///
-/// They share it because, in a secured graph, a second client of a service in one participant gets no answer, even after the first
-/// client has gone: for each of its endpoints and each remote participant, RustDDS stores the keys of only one remote endpoint.
+/// In a secured graph, a second client of the same service in one participant would get no answer, even after the first client has
+/// gone. The reason is in RustDDS: for each local endpoint, it stores the keys of only one endpoint of each remote participant.
 pub(super) struct Connection {
     inner: ros2_client::Client<Payload, Payload>,
     mapping: ServiceMapping,

@@ -116,9 +116,8 @@ impl Interval {
     }
 }
 
-/// Makes all comparisons. On all arms together, with gains for equal settling time, compares every pair of laws; otherwise
-/// compares each law with the reference. Adjusts the probabilities of these comparisons together with the probabilities of the
-/// comparisons `more`.
+/// Makes all comparisons: of every pair of laws on all arms together with gains for equal settling time, and otherwise of each law
+/// with the reference law. Adjusts their p-values together with those of the comparisons `more`.
 pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
     let mut all = Vec::new();
     for limits in [false, true] {

@@ -44,7 +44,7 @@ const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
 /// Returns a figure with a panel for each law, at the same scale. The first panel shows the beginning of diffc's motion.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
-    /// The time from which the paths converge, and the time at which diffc's motion is nearly over \[s\].
+    /// The ends of the time axes \[s\]: of all panels, and of the first panel, because the motion under diffc is over sooner.
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {
         series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
