@@ -402,7 +402,7 @@ class TheServo(unittest.TestCase):
             (lambda: servo.cycle(0.1, START, stamp=0.2), "in the future"),
             (lambda: dq.Law("logc", map="transpose"), "map is for your own laws only"),
             (lambda: dq.settling_gain(dq.Law(lambda goal: -goal.screw_log()), "puma560"), "does not settle"),
-            (lambda: servo.cycle(0.1, START[:5]), "has 5 numbers, expected 6"),
+            (lambda: servo.cycle(0.1, START[:5]), "5 numbers, expected 6"),
             (lambda: servo.cycle(-1.0, START), "now is -1 s"),
             (lambda: dq.Servo("ur5e", {"update_rate": 0}), "update_rate"),
             (lambda: dq.Servo("ur5e", {"interface": "torque"}), "torque"),
