@@ -1,6 +1,11 @@
 //! Unit tests of private modules.
 
 mod arbiter;
+mod command_history;
 mod lateness;
 mod presence;
 mod tracking_monitor;
+
+use std::time::Duration;
+
+const MS: Duration = Duration::from_millis(1);

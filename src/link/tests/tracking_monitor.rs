@@ -1,7 +1,7 @@
 //! Tests of [`TrackingMonitor`].
 
+use super::MS;
 use crate::command_history::CommandHistory;
-use crate::command_history::tests::MS;
 use crate::tracking_monitor::*;
 use dq_kinematics::arm::JointKind;
 use dq_limits::Interface;
