@@ -58,6 +58,19 @@ impl RejectedGoals {
         let _ = servo.take(Event::Unusable(why));
     }
 
+    /// Returns who sent a goal and how long ago. Rejects the goal and returns `None` if it was sent before this node `began`.
+    fn sender(
+        &mut self,
+        servo: &mut Servo,
+        stamp: &Time,
+        senders: &mut Senders,
+        origin: &Origin,
+        (clocks, began): (Clocks, Option<Duration>),
+    ) -> Option<Sent> {
+        let sent = sender(senders, origin, clocks, began);
+        sent.map_err(|why| self.refuse(servo, stamp, senders.number(origin.publisher), why)).ok()
+    }
+
     fn add(&mut self, stamp: &Time, by: u32, why: Rejection) {
         self.0.retain(|other| other.by != by);
         if self.0.len() >= REJECTED {
@@ -375,11 +388,8 @@ impl RosInputs {
                 return;
             }
             let stamp = &goal.header.stamp;
-            let sent = match sender(goal_senders, origin, *clocks, *began) {
-                Ok(sent) => sent,
-                Err(why) => {
-                    return rejected.refuse(servo, stamp, goal_senders.number(origin.publisher), why);
-                }
+            let Some(sent) = rejected.sender(servo, stamp, goal_senders, origin, (*clocks, *began)) else {
+                return;
             };
             *goal_count += 1;
             let reading = GoalReading { sent, ..goal_reading(goal) };
@@ -422,11 +432,8 @@ impl RosInputs {
                 return;
             }
             let stamp = &goal.header.stamp;
-            let sent = match sender(goal_senders, origin, *clocks, *began) {
-                Ok(sent) => sent,
-                Err(why) => {
-                    return rejected.refuse(servo, stamp, goal_senders.number(origin.publisher), why);
-                }
+            let Some(sent) = rejected.sender(servo, stamp, goal_senders, origin, (*clocks, *began)) else {
+                return;
             };
             let reading = match joint_goal_reading(goal, joints, positions) {
                 Ok(reading) => JointGoalReading { sent, ..reading },

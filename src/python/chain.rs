@@ -5,6 +5,7 @@ use super::pose::Pose;
 use dq_config::{ARMS, ForArm};
 use dq_description::Description;
 use dq_kinematics::arm::{self, ArmState, Convention, DhRow};
+use dq_kinematics::control::six_numbers;
 use nalgebra::{Matrix6xX, Vector6};
 use numpy::ndarray::{Array3, ArrayView2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3};
@@ -113,8 +114,7 @@ impl Chain {
             let expected = self.chain.joint_count();
             return Err(wrong(format!("theta_dot has {} numbers, expected {expected}", theta_dot.len())));
         }
-        let (angular, linear) = self.evaluated(&slice(&theta))?.tool_twist(&theta_dot);
-        Ok(array(py, &[angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]))
+        Ok(array(py, &six_numbers(&self.evaluated(&slice(&theta))?.tool_twist(&theta_dot))))
     }
 
     /// Returns the tool poses at N×n joint positions, as N×8 dual quaternions.

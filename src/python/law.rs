@@ -7,7 +7,7 @@ use dq_algebra::{DualQuaternion, UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Law as ListedLaw;
 use dq_kinematics::control::{
-    AngularLinear, ControlLaw, Controller, MEMORY, Map, PoseError, ToolMotion, nearer_goal,
+    AngularLinear, ControlLaw, Controller, MEMORY, Map, PoseError, ToolMotion, nearer_goal, six_numbers,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -113,7 +113,7 @@ impl ControlLaw for OwnLaw {
         self.kept(|py| {
             if self.law.bind(py).hasattr(intern!(py, "begin"))? {
                 let remembered = array(py, memory);
-                let arguments = (array(py, &six(&motion.twist)), &remembered);
+                let arguments = (array(py, &six_numbers(&motion.twist)), &remembered);
                 self.law.call_method1(py, intern!(py, "begin"), arguments)?;
                 memory.copy_from_slice(remembered.try_readonly().map_err(wrong)?.as_slice().map_err(wrong)?);
             }
@@ -123,7 +123,8 @@ impl ControlLaw for OwnLaw {
 
     fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
         let ToolMotion { gains: [k_omega, k_v], error, twist, period } = motion;
-        let (angular, linear) = self.kept(|py| self.remembering(py, (error, six(twist), *period), memory));
+        let (angular, linear) =
+            self.kept(|py| self.remembering(py, (error, six_numbers(twist), *period), memory));
         (*k_omega * angular, *k_v * linear)
     }
 }
@@ -132,10 +133,6 @@ impl ControlLaw for OwnLaw {
 fn pose(error: &PoseError) -> Pose {
     let rotation = UnitQuaternion::new_unchecked(error.rotation);
     Pose(UnitDualQuaternion::from_parts(rotation, error.translation))
-}
-
-fn six((angular, linear): &AngularLinear) -> [f64; 6] {
-    [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
 }
 
 /// A control law with its gains: one of `laws()`, or your own function or object.

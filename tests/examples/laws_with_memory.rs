@@ -1,6 +1,6 @@
 //! Two laws that remember: an integral law and a sliding-mode law. They are compared with logc and diffc, task by task.
 
-use dq_kinematics::control::{AngularLinear, ControlLaw, Law, PoseError, ToolMotion, register};
+use dq_kinematics::control::{AngularLinear, ControlLaw, Law, PoseError, ToolMotion, register, six_numbers};
 use dq_studies::compare::{Arm, ClosedLoop, End, PLANTS, Paired, settling_gain};
 use nalgebra::{Vector3, Vector6};
 use std::error::Error;
@@ -22,7 +22,7 @@ impl ControlLaw for Integral {
     }
 
     fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
-        let ([k, _], x) = (motion.gains, six(motion.error.screw_log()));
+        let ([k, _], x) = (motion.gains, Vector6::from(six_numbers(&motion.error.screw_log())));
         let sum = Vector6::from_column_slice(memory) + motion.period * x;
         memory.copy_from_slice(sum.as_slice());
         pair(k * x + 0.25 * k.powi(2) * sum)
@@ -47,20 +47,16 @@ impl ControlLaw for SlidingMode {
     }
 
     fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
-        memory.copy_from_slice(six(motion.twist).as_slice());
+        memory.copy_from_slice(&six_numbers(&motion.twist));
     }
 
     fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
         let v = Vector6::from_column_slice(memory);
-        let s = motion.gains[0] * six(motion.error.screw_log()) - v;
+        let s = motion.gains[0] * Vector6::from(six_numbers(&motion.error.screw_log())) - v;
         let v = v + motion.period * 4.0 / (s.norm() + 0.1) * s;
         memory.copy_from_slice(v.as_slice());
         pair(v)
     }
-}
-
-fn six((angular, linear): AngularLinear) -> Vector6<f64> {
-    Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
 fn pair(six: Vector6<f64>) -> AngularLinear {

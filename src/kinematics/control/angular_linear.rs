@@ -39,6 +39,11 @@ pub(super) fn scaled([of_angular, of_linear]: [f64; 2], (angular, linear): &Angu
     (of_angular * angular, of_linear * linear)
 }
 
+/// Returns the six numbers of both vectors, the angular one first.
+pub fn six_numbers((angular, linear): &AngularLinear) -> [f64; 6] {
+    [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
+}
+
 /// Rotates both vectors.
 pub(super) fn rotated(rotation: &UnitQuaternion<f64>, (angular, linear): &AngularLinear) -> AngularLinear {
     (rotation * angular, rotation * linear)

@@ -1,6 +1,6 @@
 //! A law with its gains, aim and damping.
 
-use super::angular_linear::AngularLinear;
+use super::angular_linear::{AngularLinear, six_numbers};
 use super::control_law::{LawInput, Map};
 use super::law::MOST;
 use super::{Aim, Damping, Law, PoseError};
@@ -189,8 +189,7 @@ impl Controller {
     /// would move with this twist. An arm follows the twist by the inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
         let error = PoseError::from(&goal_from_tool.inverse());
-        let (angular, linear) = self.law.twist(self.gains(self.law), &error);
-        Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+        six_numbers(&self.law.twist(self.gains(self.law), &error)).into()
     }
 }
 

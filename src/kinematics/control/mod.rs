@@ -64,7 +64,7 @@ mod symmetric;
 mod transpose;
 
 pub use aim::Aim;
-pub use angular_linear::AngularLinear;
+pub use angular_linear::{AngularLinear, six_numbers};
 pub use control_law::{ControlLaw, LawGains, LawInput, MEMORY, Map, ToolMotion};
 pub use controller::{AllowedRate, Controller, pose_error};
 pub use damped_inverse::Damping;

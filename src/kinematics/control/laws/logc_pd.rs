@@ -1,7 +1,7 @@
 //! The second-order logarithmic law.
 
 use crate::control::control_law::{ControlLaw, LEAST, LawGains, ToolMotion};
-use crate::control::{AngularLinear, PoseError};
+use crate::control::{AngularLinear, PoseError, six_numbers};
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -48,11 +48,11 @@ impl ControlLaw for LogcPd {
 
     /// V begins as the twist with which the arm already moves. Near a singularity, the damped inverse then slows the arm.
     fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
-        memory.copy_from_slice(&numbers(&motion.twist));
+        memory.copy_from_slice(&six_numbers(&motion.twist));
     }
 
     fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
-        let wanted = numbers(&self.twist(motion.gains, &motion.error));
+        let wanted = six_numbers(&self.twist(motion.gains, &motion.error));
         let [_, k_d] = motion.gains;
         let left = (-k_d * motion.period).exp();
         for (v, wanted) in memory.iter_mut().zip(wanted) {
@@ -74,8 +74,4 @@ impl ControlLaw for LogcPd {
             FRAC_PI_2 * frequency / k_d.atan2(frequency)
         })
     }
-}
-
-fn numbers((angular, linear): &AngularLinear) -> [f64; 6] {
-    [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
 }
