@@ -130,7 +130,7 @@ impl Explanation {
         self.tool.push_back(place);
     }
 
-    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` tells whether the goal continues the previous goal,
+    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` says whether the goal continues the previous goal,
     /// without a jump. Returns whether the goal provides new evidence.
     pub fn compare(
         &mut self,

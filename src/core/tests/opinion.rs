@@ -344,7 +344,7 @@ impl Opinion {
         self.released = now;
     }
 
-    /// Takes a request of `~/pause`, received at `now` and sent `ago` earlier. `paused` tells whether to pause or to resume.
+    /// Takes a request of `~/pause`, received at `now` and sent `ago` earlier. `paused` says whether to pause or to resume.
     pub fn pause(&mut self, paused: bool, ago: Duration, now: Duration) {
         let now = now + AFTER_THE_CYCLE;
         if paused {

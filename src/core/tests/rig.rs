@@ -695,7 +695,7 @@ impl Rig {
     }
 }
 
-/// Returns the limits to check. `is_held` tells whether joints may have or have had a hold against a pull. Such joints may
+/// Returns the limits to check. `is_held` says whether joints may have or have had a hold against a pull. Such joints may
 /// decelerate with the largest deceleration that was ever in force. `steepest` stores the largest deceleration so far [rad/s²].
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();

@@ -5,7 +5,7 @@ use crate::puma::{controller, puma};
 use crate::tolerance::ALGEBRA;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{
-    AngularLinear, Controller, Law, Map, PoseError, SignMemory, nearer_goal, pose_error,
+    Controller, Law, Map, PoseError, SignMemory, nearer_goal, pose_error, six_numbers,
 };
 use nalgebra::{DVector, Vector3, Vector6};
 
@@ -92,14 +92,10 @@ fn each_cell_of_the_table_is_its_map_times_its_error() {
     }
 }
 
-fn six((angular, linear): AngularLinear) -> Vector6<f64> {
-    Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
-}
-
 #[test]
 fn the_r8_twist_is_twice_the_vector_part_of_the_remaining_motion() {
     let (start, goal) = (pose("theta_initial"), pose("theta_desired"));
-    let twist = six(PoseError::from(&(start.inverse() * goal)).difference());
+    let twist = Vector6::from(six_numbers(&PoseError::from(&(start.inverse() * goal)).difference()));
     let left = (start.inverse() * goal).to_vector8();
     let expected = 2.0 * Vector6::new(left[1], left[2], left[3], left[5], left[6], left[7]);
     assert!((twist - expected).norm() < ALGEBRA);
@@ -109,7 +105,9 @@ fn the_r8_twist_is_twice_the_vector_part_of_the_remaining_motion() {
 fn all_errors_agree_to_first_order() {
     let error = 1e-4 * Vector6::new(0.3, -0.5, 0.2, 0.7, 0.1, -0.4);
     let seen = PoseError::from(&UnitDualQuaternion::screw_exp(&error));
-    for twist in [seen.difference(), seen.screw_log(), seen.decoupled_log(), seen.vector_part()].map(six) {
+    for twist in [seen.difference(), seen.screw_log(), seen.decoupled_log(), seen.vector_part()]
+        .map(|twist| Vector6::from(six_numbers(&twist)))
+    {
         assert!((twist - error).norm() < error.norm_squared(), "{twist}");
     }
 }
@@ -125,7 +123,7 @@ fn lq_minimizes_its_cost() {
         let mut sum = 0.0;
         for _ in 0..10_000 {
             let (error, twist) = (
-                six(PoseError::from(&body.goal_from_tool.inverse()).difference()),
+                Vector6::from(six_numbers(&PoseError::from(&body.goal_from_tool.inverse()).difference())),
                 body.controller.body_twist(&body.goal_from_tool),
             );
             let part = |rows: usize| error.fixed_rows::<3>(rows).norm_squared();

@@ -64,7 +64,7 @@ impl Servo {
         self.requests.hear(Requester::Goal(sent.by), sent.ago, came, self.silence(), is_usable)
     }
 
-    /// Continues a stream with its next goal, or begins a motion to a new goal. `by_joints` tells whether the goal is joint
+    /// Continues a stream with its next goal, or begins a motion to a new goal. `by_joints` says whether the goal is joint
     /// positions. Returns whether the goal continues a stream.
     pub(super) fn pursue(
         &mut self,
