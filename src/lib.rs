@@ -23,6 +23,7 @@ pub use dq_bags;
 pub use dq_check;
 pub use dq_common;
 pub use dq_config;
+pub use dq_contact;
 pub use dq_core;
 pub use dq_description;
 pub use dq_figures;

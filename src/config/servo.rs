@@ -3,7 +3,7 @@
 use super::common::exactly_or_none;
 use super::cycle::{CommonParameters, DampingParameters, Frames};
 use super::{ArmParameters, NodeParameters, ServoParameters};
-use dq_core::servo::{GoalFrames, Posture};
+use dq_core::servo::{Compliance, GoalFrames, Posture};
 use dq_kinematics::control::{Aim, Controller, Law, LawGains};
 use dq_params::{Constraint, Declaration, Declarer, ParameterError, Parameters, Value};
 
@@ -24,6 +24,11 @@ struct OneArmParameters {
     posture: Posture,
     #[parameter(group)]
     goal_frames: GoalFrames,
+    /// whether goals yield to the wrench at the tool
+    #[parameter()]
+    compliance: bool,
+    #[parameter(group)]
+    contact: Compliance,
 }
 
 impl NodeParameters for ServoParameters {
@@ -36,12 +41,21 @@ impl Parameters for ServoParameters {
         let one_arm = OneArmParameters::declare(p)?;
         let gains = Law::all().map(|law| Ok((law, gains(p, law)?))).collect::<Result<Vec<_>, _>>()?;
         let mut common = CommonParameters::declare(p)?;
-        let OneArmParameters { controller: law, task: aim, damping, posture, goal_frames } = one_arm;
+        let OneArmParameters {
+            controller: law,
+            task: aim,
+            damping,
+            posture,
+            goal_frames,
+            compliance,
+            contact,
+        } = one_arm;
         let mut controller = Controller { law, aim, damping: damping.into(), ..Controller::default() };
         gains.into_iter().for_each(|(law, gains)| controller.set_gains(law, gains));
         exactly_or_none("posture.positions", &posture.positions, arm.joints.len())?;
         (common.settings.controller, common.settings.posture) = (controller, posture);
         common.settings.goal_frames = goal_frames;
+        common.settings.contact = compliance.then_some(contact);
         let frames = Frames { goal: arm.base_frame.clone(), tool: arm.tool_frame.clone() };
         common.build(&arm, None, frames)
     }

@@ -8,7 +8,7 @@ const PRESENCE: Duration = Duration::from_secs(1);
 
 /// The publishers of one input. The node gives them their numbers.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Arbiter {
+pub struct Arbiter {
     current: Option<Heard>,
     /// Another publisher that has sent a message since the current publisher was chosen.
     other: Option<Heard>,

@@ -21,6 +21,7 @@ mod state_error;
 mod tests;
 mod tracking_monitor;
 
+pub use arbiter::Arbiter;
 pub use joint_order::JointOrder;
 pub use link::Link;
 pub use presence::{Return, Returned, longest_travel};

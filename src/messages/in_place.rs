@@ -1,6 +1,6 @@
 //! Decodes messages into the memory of earlier ones, so that a steady stream of messages causes no allocations.
 
-use super::messages::{Header, JointState, Pose, PoseStamped, Time, Twist, TwistStamped};
+use super::messages::{Header, JointState, Pose, PoseStamped, Time, Twist, TwistStamped, Wrench, WrenchStamped};
 use dq_common::text::{MOST, cut};
 use serde::de::{DeserializeSeed, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -64,7 +64,7 @@ macro_rules! plain {
         }
     )*};
 }
-plain!(f64, Time, Pose, Twist);
+plain!(f64, Time, Pose, Twist, Wrench);
 
 /// Implements [`InPlace`] for messages, given their fields in order.
 macro_rules! fields {
@@ -93,6 +93,7 @@ fields! {
     JointState { header, name, position, velocity, effort }
     PoseStamped { header, pose }
     TwistStamped { header, twist }
+    WrenchStamped { header, wrench }
 }
 
 /// Reads a text from outside, [`cut`] to the longest allowed length.

@@ -26,6 +26,8 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "geometry_msgs/msg/Twist",
     "geometry_msgs/msg/TwistStamped",
     "geometry_msgs/msg/Vector3",
+    "geometry_msgs/msg/Wrench",
+    "geometry_msgs/msg/WrenchStamped",
     "nav_msgs/msg/Path",
     "rcl_interfaces/msg/Log",
     "rcl_interfaces/msg/Parameter",

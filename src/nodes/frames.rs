@@ -2,6 +2,7 @@
 
 use super::node_setup::NodeSetup;
 use super::throttle::Throttle;
+use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
 use dq_messages::messages::{TFMessage, TransformStamped};
 use dq_ros::ros::{Clock, Logger, RosError, Subscription};
@@ -28,6 +29,8 @@ enum FrameRequest {
     /// Forget the goals up to this number.
     Forget(u64),
     Configure(GoalFrames),
+    /// Find the frame of a sensor that is fixed to the tool or to the base.
+    Sensor(String),
 }
 
 /// All frames that TF has reported. The listener and the users of the frames share this tree.
@@ -52,6 +55,8 @@ pub(super) struct Frames {
     unfollowed: u64,
     /// The latest motion of the goal that is followed, until the cycle takes it.
     motion: Option<FrameMotion>,
+    /// The last sensor frame that was found, until the cycle takes it.
+    sensor: Option<(String, SensorFrame)>,
 }
 
 /// A result that the listener sends to the cycle.
@@ -59,6 +64,17 @@ enum Report {
     Answer(Answer),
     /// How the frame of the goal with this number has moved.
     Motion(u64, FrameMotion),
+    /// The frame of the sensor with this name.
+    Sensor(String, SensorFrame),
+}
+
+/// A frame that is fixed to the tool or to the base.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SensorFrame {
+    /// The tool frame or the base frame.
+    pub parent: String,
+    /// The pose in the parent.
+    pub pose: UnitDualQuaternion,
 }
 
 impl Frames {
@@ -92,7 +108,7 @@ impl Frames {
             log: node.log().clone(),
         };
         node.run(listener.run());
-        Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None })
+        Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None, sensor: None })
     }
 
     /// Asks for the pose of a goal. The goal's number must be larger than the numbers of all goals before.
@@ -131,6 +147,16 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Configure(settings));
     }
 
+    /// Asks for the frame of a sensor.
+    pub fn ask_for_sensor(&self, frame: &str) {
+        let _ = self.asks.send(FrameRequest::Sensor(frame.to_owned()));
+    }
+
+    /// Returns the sensor frame that was found last. [`answer`](Self::answer) receives it.
+    pub fn sensor(&mut self) -> Option<(String, SensorFrame)> {
+        self.sensor.take()
+    }
+
     /// Returns the next answer that has arrived.
     pub fn answer(&mut self) -> Option<Answer> {
         loop {
@@ -138,6 +164,7 @@ impl Frames {
                 Report::Motion(number, motion) if number > self.unfollowed => {
                     self.motion = Some(motion);
                 }
+                Report::Sensor(frame, sensor) => self.sensor = Some((frame, sensor)),
                 Report::Answer(answer) if answer.goal.number > self.over => return Some(answer),
                 _ => {}
             }
@@ -208,6 +235,7 @@ impl Listener {
                     Some(FrameRequest::Follow(goal)) => self.follow(goal),
                     Some(FrameRequest::Unfollow) => self.followed = None,
                     Some(FrameRequest::Forget(number)) => self.forget(number),
+                    Some(FrameRequest::Sensor(frame)) => self.find_sensor(frame),
                     Some(FrameRequest::Configure(settings)) => self.settings = settings,
                     None => return,
                 },
@@ -254,6 +282,16 @@ impl Listener {
         self.tree.lock().are_rigid(&self.tool, &goal.frame)
     }
 
+    /// Reports where the frame of a sensor is, if TF knows that it is fixed to the tool or to the base.
+    fn find_sensor(&self, frame: String) {
+        let tree = self.tree.lock();
+        let parent = [&self.tool, &self.base].into_iter().find(|parent| tree.are_rigid(parent, &frame));
+        let Some(parent) = parent else { return };
+        if let Ok(pose) = tree.lookup(parent, &frame, 0) {
+            let _ = self.reports.send(Report::Sensor(frame, SensorFrame { parent: parent.clone(), pose }));
+        }
+    }
+
     fn answer(&mut self) {
         let (now, patience) = (self.began.elapsed(), self.settings.tf_timeout);
         let answers = self.waiting.look(&self.tree.lock(), &self.base, now, patience);
@@ -273,7 +311,6 @@ impl Listener {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dq_algebra::UnitDualQuaternion;
 
     #[test]
     fn transforms_that_are_ignored_for_reasons_in_turn_are_warned_of_once_a_second() {
@@ -290,8 +327,15 @@ mod tests {
     #[test]
     fn the_listener_receives_only_the_end_of_requested_goals() {
         let (asks, mut inbox) = unbounded_channel();
-        let mut frames =
-            Frames { asks, reports: mpsc::channel().1, asked: 0, over: 0, unfollowed: 0, motion: None };
+        let mut frames = Frames {
+            asks,
+            reports: mpsc::channel().1,
+            asked: 0,
+            over: 0,
+            unfollowed: 0,
+            motion: None,
+            sensor: None,
+        };
         let goal = |number| FramedGoal {
             number,
             frame: "table".to_owned(),

@@ -36,6 +36,7 @@ mod shutdown;
 mod snapshot;
 mod throttle;
 mod two_arms;
+mod wrench_input;
 
 pub use guard::GuardNode;
 pub use parameters::{NodeArguments, Prepared};

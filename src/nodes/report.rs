@@ -265,6 +265,7 @@ impl Report {
                 // One may send poses, and the other joint goals.
                 Contended::Goals => return name,
                 Contended::Twists => "~/target_twist",
+                Contended::Wrenches => "wrench",
                 Contended::Commands(arm) => self.outputs.commands.topic(arm),
             };
             format!("{name} on {topic}")

@@ -11,12 +11,12 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The cycle's reply to a request.
 #[derive(Debug)]
-pub(super) struct Reply(oneshot::Sender<Result<(), Rejection>>);
+pub(super) struct Reply(oneshot::Sender<Result<Option<String>, Rejection>>);
 
 impl Reply {
     /// Replies that the cycle takes the request. Returns false if the service has already answered that the request was not taken.
     pub fn taken(self) -> bool {
-        self.0.send(Ok(())).is_ok()
+        self.0.send(Ok(None)).is_ok()
     }
 
     /// Replies with the reason why the request is refused.
@@ -33,6 +33,11 @@ impl Reply {
         }
     }
 
+    /// Replies with the text of a result, or with the reason why there is none.
+    pub fn say(self, result: Result<String, Rejection>) {
+        let _ = self.0.send(result.map(Some));
+    }
+
     /// Returns whether the service still waits for the reply.
     pub fn is_awaited(&self) -> bool {
         !self.0.is_closed()
@@ -40,7 +45,7 @@ impl Reply {
 }
 
 /// Sends the request that `make` creates, and waits up to `patience` until the cycle takes the request. Then returns a success with the
-/// message `done`. Otherwise returns a failure with the reason.
+/// text of its reply, or else with the message `done`. Otherwise returns a failure with the reason.
 pub(super) async fn ask<R>(
     requests: &Sender<R>,
     make: impl FnOnce(Reply) -> R,
@@ -51,7 +56,7 @@ pub(super) async fn ask<R>(
     // If sending fails, the reply is dropped, which ends the wait.
     let _ = requests.send(make(Reply(reply)));
     let (success, message) = match tokio::time::timeout(patience, taken).await {
-        Ok(Ok(Ok(()))) => (true, done.to_owned()),
+        Ok(Ok(Ok(text))) => (true, text.unwrap_or_else(|| done.to_owned())),
         Ok(Ok(Err(why))) => (false, why.to_string()),
         Ok(Err(_)) => (false, "the cycle has ended".to_owned()),
         Err(_) => (false, format!("the cycle has not taken it within {} s", patience.as_secs_f64())),

@@ -10,6 +10,7 @@ use super::requests::Reply;
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{Shutdown, Step};
+use super::wrench_input::WrenchInput;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
     Contended, Event, Goal, GoalMotion, GoalReading, JointGoalReading, JointOrder, Rejection, Requester,
@@ -31,6 +32,10 @@ pub(super) enum Request {
     /// Pause (true) or resume (false). The duration is the time since the request was sent.
     Pause(bool, Duration, Reply),
     Stop(Reply),
+    /// Count the present wrench as no contact.
+    Tare(Reply),
+    /// Begin (true) to identify the load on the sensor, or end it (false).
+    IdentifyLoad(bool, Reply),
     /// Go to another configuration. The duration is the time since the request was sent.
     Reconfigure(Duration, Reply),
     Shutdown,
@@ -92,6 +97,8 @@ pub(super) struct Sources {
     pub kinds: Vec<JointKind>,
     pub inbox: Receiver<Request>,
     pub searcher: Searcher,
+    /// The subscription to the wrench at the tool, if there is one.
+    pub wrenches: Option<WrenchInput>,
     /// Looks up the frames of goals in other frames; `None` if the node takes goals in one frame only.
     pub frames: Option<Frames>,
 }
@@ -128,6 +135,8 @@ pub(super) struct RosInputs {
     goal_frame: String,
     taken_frame: TakenFrame,
     twists: Subscription<TwistStamped>,
+    /// `None` for two arms, and if the keystore does not grant access to the topic.
+    wrenches: Option<WrenchInput>,
     /// The last messages. The next messages are decoded into them.
     goal: PoseStamped,
     twist: TwistStamped,
@@ -156,7 +165,7 @@ impl RosInputs {
     ) -> Result<Self, RosError> {
         let joint_goals = JointGoals::new(setup, record.joints());
         let NodeSetup { node, kind, contract } = setup;
-        let Sources { arms, kinds, inbox, searcher, frames } = sources;
+        let Sources { arms, kinds, inbox, searcher, wrenches, frames } = sources;
         Ok(Self {
             clocks: Clocks::default(),
             began: None,
@@ -167,6 +176,7 @@ impl RosInputs {
             frames,
             goal_frame: goal_frame.to_owned(),
             taken_frame: Default::default(),
+            wrenches,
             twists: node.adapting_subscription(contract, "~/target_twist")?,
             goal: PoseStamped::default(),
             twist: TwistStamped::default(),
@@ -187,6 +197,11 @@ impl RosInputs {
         self.clocks = Clocks::at(now);
         self.began.get_or_insert(now);
         self.record.begin(servo, now);
+    }
+
+    /// Returns whether the node subscribes to the wrench at the tool.
+    pub fn takes_wrenches(&self) -> bool {
+        self.wrenches.is_some()
     }
 
     /// Stops following the frames of all earlier goals.
@@ -216,6 +231,7 @@ impl RosInputs {
             Contended::JointStates(arm) => self.arms.get(arm)?.publisher(number),
             Contended::Goals => self.goal_senders.publisher(number),
             Contended::Twists => self.twist_senders.publisher(number),
+            Contended::Wrenches => self.wrenches.as_ref()?.publisher(number),
             Contended::Commands(arm) => self.commands.publisher(arm, number),
         }
     }
@@ -297,6 +313,9 @@ impl RosInputs {
             let _ = record.take(servo, Event::Listeners(arm, self.commands.are_heard(arm)));
             let _ = record.take(servo, Event::Rival(arm, self.commands.are_contended(arm)));
         }
+        if let Some(wrenches) = &mut self.wrenches {
+            wrenches.feed(servo, record, self.frames.as_mut(), self.clocks);
+        }
         self.located_goals(servo);
         self.goals(servo);
         self.joint_goals(servo);
@@ -322,6 +341,13 @@ impl RosInputs {
                 }
                 Request::Reconfigure(ago, reply) => {
                     reply.answer(self.record.take(servo, Event::Reconfigure { ago }));
+                }
+                Request::Tare(reply) => reply.answer(self.record.take(servo, Event::Tare)),
+                Request::IdentifyLoad(true, reply) => {
+                    reply.answer(self.record.take(servo, Event::IdentifyLoad));
+                }
+                Request::IdentifyLoad(false, reply) => {
+                    reply.say(servo.identified_load().map(|load| load.to_string()))
                 }
                 Request::Stop(reply) => {
                     self.stop(servo);

@@ -15,6 +15,7 @@ use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
+use super::wrench_input::WrenchInput;
 use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot, two_arms};
 use dq_config::ServoParameters;
 use dq_core::servo::{GoalFrames, Servo};
@@ -53,6 +54,9 @@ impl ServoNode {
         let period = schedule.period.as_secs_f64() * 1e3;
         node.log().info(&format!("cycle of {period} ms, waiting for joint states"));
         serve_requests(&mut node, &requests)?;
+        if cycle.live.takes_wrenches() {
+            serve_contact(&mut node, &requests);
+        }
         let report = report.spawn(snapshots)?;
         let (end, outcome) = watch::channel(None);
         let on_end = on_end(commands.clone(), end);
@@ -112,7 +116,12 @@ impl Assembled {
         let tree = Tree::default();
         let goal_frames = servo.settings().goal_frames;
         let frames = frames(setup, &clock, &goal_frame, &tool_frame, goal_frames, tree.clone());
-        let sources = Sources { arms, kinds, inbox, searcher, frames };
+        let wrenches = if kind == ServoKind::OneArm {
+            WrenchInput::new(setup, &clock, [&tool_frame, &goal_frame])
+        } else {
+            None
+        };
+        let sources = Sources { arms, kinds, inbox, searcher, wrenches, frames };
         let live = RosInputs::new(setup, sources, commands.clone(), record, &goal_frame)?;
         let slot = slot(setup, &goal_frame);
         obey_keep_outs(setup, tree, &goal_frame, in_force.clone());
@@ -216,6 +225,25 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
             .await
         }
     })
+}
+
+/// Serves the services of the wrench sensor. A keystore from before they were introduced does not grant access to them. The servo works
+/// without them.
+fn serve_contact(node: &mut Node, requests: &Sender<Request>) {
+    let (tare, identify) = (requests.clone(), requests.clone());
+    let served = node.serve_later::<Trigger, _>("~/tare", move |_| {
+        let (tare, done) = (tare.clone(), "the present wrench counts as no contact");
+        async move { requests::ask(&tare, Request::Tare, done, requests::PATIENCE).await }
+    });
+    let served = served.and_then(|()| {
+        node.serve_later::<SetBool, _>("~/identify_load", move |SetBoolRequest { data: begins }| {
+            let (identify, done) =
+                (identify.clone(), "turn the tool slowly about two horizontal axes, without contact");
+            let request = move |reply| Request::IdentifyLoad(begins, reply);
+            async move { requests::ask(&identify, request, done, requests::PATIENCE).await }
+        })
+    });
+    served.unwrap_or_else(|why| node.log().warn(&format!("no ~/tare and ~/identify_load: {why}")));
 }
 
 /// Subscribes to TF for goals in other frames. Returns `None` if the servo takes goals in one frame only, or may not subscribe to TF.

@@ -8,6 +8,7 @@ use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
 use dq_core::servo::{
     Event, GoalMotion, GoalReading, JointGoalReading, JointOrder, JointReading, Sent, Servo, TwistReading,
+    WrenchReading,
 };
 use dq_params::Value;
 use dq_search::Found;
@@ -136,6 +137,13 @@ pub enum Recorded<'a> {
         /// The sender of the message, and the age of the message on arrival.
         sent: Sent,
     },
+    /// A wrench: [`Event::Wrench`].
+    #[serde(borrow)]
+    Wrench(WrenchReading<'a>),
+    /// [`Event::Tare`].
+    Tare,
+    /// [`Event::IdentifyLoad`].
+    IdentifyLoad,
 }
 
 impl<'a> Recorded<'a> {
@@ -170,6 +178,9 @@ impl<'a> Recorded<'a> {
             }
             Event::GoalMotion(motion) => Self::GoalMotion(motion),
             Event::Twist(twist) => Self::Twist(twist),
+            Event::Wrench(wrench) => Self::Wrench(wrench),
+            Event::Tare => Self::Tare,
+            Event::IdentifyLoad => Self::IdentifyLoad,
             Event::Configure(_) | Event::Unusable(_) => return None,
         })
     }
@@ -206,6 +217,11 @@ impl<'a> Recorded<'a> {
             Self::Goal(goal) => Event::Goal(bounded_goal(*goal)),
             Self::GoalMotion(GoalMotion::Lost) => Event::GoalMotion(GoalMotion::Lost),
             Self::GoalMotion(GoalMotion::To(goal)) => Event::GoalMotion(GoalMotion::To(bounded_goal(*goal))),
+            Self::Wrench(wrench) => {
+                Event::Wrench(WrenchReading { stamp_age: wrench.stamp_age.map(bounded), ..*wrench })
+            }
+            Self::Tare => Event::Tare,
+            Self::IdentifyLoad => Event::IdentifyLoad,
             Self::Twist(twist) => Event::Twist(TwistReading { sent: bounded_sent(twist.sent), ..*twist }),
         })
     }

@@ -28,6 +28,7 @@ pub use motion_report::{MotionContext, MotionReport, Outcome};
 pub use poses::{point_message, pose_message, pose_numbers, transform_message};
 pub use readings::{
     error_distance, goal_reading, joint_goal_reading, joint_reading, transform_reading, twist_reading,
+    wrench_reading,
 };
 pub use servo_kind::{LawNames, ServoKind};
 pub use status::{

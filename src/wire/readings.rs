@@ -4,9 +4,11 @@ use dq_algebra::UnitDualQuaternion;
 use dq_common::text::cut;
 use dq_core::servo::{
     GoalReading, JointGoalError, JointGoalReading, JointReading, Rejection, Sent, StateError, TwistReading,
-    stamp_age,
+    WrenchReading, stamp_age,
 };
-use dq_messages::messages::{JointState, PoseStamped, Transform, TransformStamped, TwistStamped, Vector3};
+use dq_messages::messages::{
+    JointState, PoseStamped, Transform, TransformStamped, TwistStamped, Vector3, WrenchStamped,
+};
 use dq_metrics::GoalError;
 use dq_space::frames;
 use nalgebra::Vector6;
@@ -64,6 +66,20 @@ pub fn twist_reading(twist: &TwistStamped) -> TwistReading<'_> {
         angular: numbers(&twist.twist.angular),
         frame_id: &twist.header.frame_id,
         sent: Sent::default(),
+    }
+}
+
+/// Converts a wrench from the publisher `source`. `clock` is the present time of this host's clock \[ns\], from which the age of the
+/// wrench follows.
+pub fn wrench_reading(wrench: &WrenchStamped, source: u32, clock: i64) -> WrenchReading<'_> {
+    let numbers = |v: &Vector3| [v.x, v.y, v.z];
+    WrenchReading {
+        force: numbers(&wrench.wrench.force),
+        torque: numbers(&wrench.wrench.torque),
+        frame_id: &wrench.header.frame_id,
+        sensor: UnitDualQuaternion::identity(),
+        source,
+        stamp_age: stamp_age(clock, wrench.header.stamp.nanoseconds()),
     }
 }
 

@@ -159,6 +159,7 @@ impl ServoReport<'_> {
                 values.extend(figures.filter_map(|(key, figure)| Some((key, figure?.into()))));
             }
         }
+        let contact = status.contact.filter(|_| self.heard);
         let sigma = self.heard.then_some(self.smallest_singular_value);
         let known = [
             ("stall", status.stall.map(|stall| stall.name().into())),
@@ -167,6 +168,10 @@ impl ServoReport<'_> {
             ("joint_at_limit", self.joint_at_limit.map(Value::from)),
             ("keep_outs", self.keep_outs.map(Value::from)),
             ("clearance_m", status.closest.map(|pair| pair.distance.into())),
+            ("contact_force_n", contact.map(|it| it.wrench.fixed_rows::<3>(3).norm().into())),
+            ("contact_torque_nm", contact.map(|it| it.wrench.fixed_rows::<3>(0).norm().into())),
+            ("yielded_m", contact.map(|it| it.offset[0].into())),
+            ("yielded_rad", contact.map(|it| it.offset[1].into())),
             ("smallest_singular_value", sigma.map(Value::from)),
             ("latency_ms", Some(milliseconds(status.latency).into())),
             ("gain_factor", Some(status.gain_factor.into())),
@@ -302,6 +307,7 @@ impl StatusReport {
             }
             State::NotFollowing => "not following",
             State::StaleState => "the robot's joint states are late: standing",
+            State::StaleWrench => "no usable wrench arrives: standing",
             State::StaleGoal => "the stream of goals is silent: standing",
             state => state.name(),
         };
@@ -437,6 +443,7 @@ mod tests {
             speed_factor: 1.0,
             leaving_singularity: false,
             instead_of_twist: None,
+            contact: None,
             stall: Some(Stall::Singular { sigma: 1e-5 }),
             reconfiguration: Reconfiguration::NotFound { starts: 7 },
             figures,

@@ -1,5 +1,6 @@
 //! The cycle of the servo.
 
+mod contact;
 mod escaping;
 mod goals;
 mod jog;
@@ -24,6 +25,7 @@ use super::{
     Revocation, STREAM, Settings, SettingsError, Status,
 };
 use dq_algebra::UnitDualQuaternion;
+use dq_contact::{Admittance, Contact};
 use dq_kinematics::control::LawMemory;
 use dq_link::Link;
 use dq_search::Escape;
@@ -59,6 +61,7 @@ pub struct Servo {
     escape: Escape,
     /// What the law remembers of the motion that it drives now.
     law_memory: LawMemory,
+    contact: Contact,
     joint_line: JointLine,
     output: Output,
     /// The updates of motions that wait for [`Servo::take_motions`].
@@ -126,6 +129,7 @@ impl Servo {
             motions: MotionLog::default(),
             escape: Escape::new(arms.clone()),
             law_memory: LawMemory::default(),
+            contact: Contact::default(),
             output: Output::new(&arms, &settings, period.as_secs_f64()),
             joint_line: JointLine::new(arms.clone()),
             robot: Robot {
@@ -241,6 +245,9 @@ impl Servo {
         self.stream.clear();
         self.explanation.restart();
         self.law_memory.reset();
+        if !matches!(&next, Mode::Goal(pursuit) if !pursuit.by_joints) {
+            self.contact.offset = Admittance::default();
+        }
         self.mode = next;
     }
 

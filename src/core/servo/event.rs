@@ -2,6 +2,7 @@
 //! Node, replay and test differ only in their clock and in what they do with the command.
 
 use super::{JointReading, Rejection, Servo, Settings};
+use dq_contact::WrenchReading;
 use dq_search::Found;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -55,6 +56,12 @@ pub enum Event<'a> {
     GoalMotion(GoalMotion<'a>),
     /// Calls [`Servo::take_twist`].
     Twist(TwistReading<'a>),
+    /// Calls [`Servo::take_wrench`].
+    Wrench(WrenchReading<'a>),
+    /// Calls [`Servo::tare`].
+    Tare,
+    /// Calls [`Servo::identify_load`].
+    IdentifyLoad,
     /// A message could not be converted, for this reason.
     Unusable(Rejection),
 }
@@ -154,6 +161,9 @@ impl Servo {
             Event::JointGoal(goal) => self.take_joint_goal(&goal, now)?,
             Event::GoalMotion(motion) => self.move_goal(&motion, now)?,
             Event::Twist(twist) => self.take_twist(&twist, now)?,
+            Event::Wrench(wrench) => return self.take_wrench(&wrench, now),
+            Event::Tare => self.tare(),
+            Event::IdentifyLoad => self.identify_load(),
             Event::Unusable(why) => self.counted(Err(why))?,
         }
         Ok(true)

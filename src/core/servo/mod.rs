@@ -64,6 +64,7 @@ mod twist;
 pub use close_pair::ClosePair;
 pub use consent::{Consent, MotionRequest, Requester, Revoked, STREAM};
 pub use cycle::{Measured, Servo};
+pub use dq_contact::{Compliance, ContactFault, Load, WrenchReading};
 pub use dq_kinematics::arm::{Arms, Reach, ToolSpeed};
 pub use dq_limits::{
     Interface, JOINT_JERKS, JOINT_SPEEDS, Limits, POSITIVE, PositionLimits, RAMP_TIME, STOP_TIME, Violation,
@@ -85,5 +86,5 @@ pub use settings_error::SettingsError;
 pub use stability::{RateBound, largest_rate};
 pub use stall::Stall;
 pub use state::State;
-pub use status::{Input, Status, joint_name};
+pub use status::{ContactStatus, Input, Status, joint_name};
 pub use twist::Twist;

@@ -19,6 +19,10 @@ pub enum Reason {
     StreamEnded,
     /// TF no longer has the frame with which the goal moves (state `stale_goal`).
     FrameLost,
+    /// No wrench arrives (state `stale_wrench`).
+    NoWrench,
+    /// The sensor repeats one wrench although the tool moves (state `stale_wrench`).
+    FrozenWrench,
     /// Nobody subscribes to the commands for the arm with this number (state `not_following`).
     NobodyListens(usize),
     /// A joint moves although it is commanded to stand (states `holding`, `paused`, `stopping`).
@@ -59,6 +63,7 @@ impl Reason {
                     Contended::JointStates(_) => "give joint states of one arm",
                     Contended::Goals => "send goals",
                     Contended::Twists => "send twists",
+                    Contended::Wrenches => "give wrenches at one tool",
                     Contended::Commands(_) => "command one arm",
                 };
                 format!("two publishers {what}: {first} and {second}; only one may")
@@ -79,6 +84,12 @@ impl Reason {
                 let interval = interval.as_secs_f64();
                 let (rate, least) = (1.0 / interval, 2.0 * interval);
                 format!("joint states come at {rate:.0} Hz: set state_timeout to {least:.2} s or more")
+            }
+            Self::NoWrench => {
+                "no wrench has come for longer than contact.wrench_timeout: does the sensor publish on wrench?".to_owned()
+            }
+            Self::FrozenWrench => {
+                "the wrench has not changed for 0.5 s although the tool has moved: has the sensor stopped?".to_owned()
             }
             Self::StreamEnded => {
                 "no goal has come for longer than goal_timeout: a goal that is sent once needs goal_timeout 0"

@@ -3,6 +3,7 @@
 use super::{JointGoalError, NoWayRound, Reach, Revocation, SettingsError};
 use dq_algebra::NotUnit;
 use dq_common::text::cut;
+use dq_contact::TooFewDirections;
 use dq_kinematics::arm::bounds::NumberError;
 use dq_link::StateError;
 use dq_space::frames::FrameError;
@@ -65,6 +66,9 @@ pub enum Rejection {
     /// The request to move to another configuration cannot be met.
     #[error(transparent)]
     NoWayRound(#[from] NoWayRound),
+    /// The load on the sensor cannot be identified.
+    #[error(transparent)]
+    Load(#[from] TooFewDirections),
     /// The settings are invalid.
     #[error("the settings are rejected: {0}")]
     Settings(#[from] SettingsError),
@@ -112,6 +116,7 @@ impl Rejection {
             Self::Superseded(_) | Self::Overtaken(_) => "superseded",
             Self::StreamsOn(_) => "streams_on",
             Self::NoWayRound(_) => "no_way_round",
+            Self::Load(_) => "too_few_directions",
             Self::Settings(_) => "settings",
             Self::UnknownArm { .. } => "unknown_arm",
             Self::State(state) => state.label(),

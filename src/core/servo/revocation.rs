@@ -1,5 +1,6 @@
 //! The events that revoke consent, and the inputs that may have only one publisher.
 
+use dq_contact::ContactFault;
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +15,8 @@ pub enum Contended {
     Twists,
     /// Commands to the arm with this number.
     Commands(usize),
+    /// Wrenches at the tool.
+    Wrenches,
 }
 
 /// Two publishers of an input that may have only one.
@@ -53,6 +56,10 @@ pub enum Revocation {
     Stopped,
     /// A twist moved the arm. This event revokes goals only.
     Jogged,
+    /// The contact was too strong, or its sign is wrong.
+    Contact(ContactFault),
+    /// No wrench came for this time \[s\].
+    WrenchWasAway(f64),
     /// The aim has changed.
     AnotherAim,
     /// The tool has changed.
@@ -72,6 +79,7 @@ impl Revocation {
             Self::Rivals(Contended::JointStates(_)) => "two publishers gave joint states".to_owned(),
             Self::Rivals(Contended::Goals) => "two publishers sent goals".to_owned(),
             Self::Rivals(Contended::Twists) => "two publishers sent twists".to_owned(),
+            Self::Rivals(Contended::Wrenches) => "two publishers gave wrenches".to_owned(),
             Self::Rivals(Contended::Commands(_)) => "another publisher sent commands to the arm".to_owned(),
             Self::FellBehind(number, lead, kind) => {
                 let unit = kind.unit();
@@ -96,6 +104,8 @@ impl Revocation {
             }
             Self::Stopped => "~/stop was called".to_owned(),
             Self::Jogged => "a twist on target_twist came".to_owned(),
+            Self::Contact(fault) => fault.explain(),
+            Self::WrenchWasAway(seconds) => format!("no wrench came for {seconds:.1} s"),
             Self::AnotherAim => "something else is controlled".to_owned(),
             Self::AnotherTool => "tool_offset was changed".to_owned(),
         }
@@ -115,6 +125,8 @@ impl Revocation {
             Self::MovesWithTool => "moves_with_tool",
             Self::Stopped => "stop",
             Self::Jogged => "twist",
+            Self::Contact(_) => "contact",
+            Self::WrenchWasAway(_) => "wrench_was_away",
             Self::AnotherAim => "another_task",
             Self::AnotherTool => "another_tool",
         }

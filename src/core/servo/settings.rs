@@ -1,6 +1,7 @@
 //! The settings that may change while the servo runs.
 
 use dq_common::named;
+use dq_contact::Compliance;
 use dq_kinematics::arm::bounds;
 use dq_kinematics::control::Controller;
 use dq_params::Parameters;
@@ -92,6 +93,8 @@ pub struct Settings {
     pub limits: Limits,
     /// The obstacles that the arm must keep clear of, and its body; `None` if there is nothing to keep clear of.
     pub scene: Option<Arc<Scene>>,
+    /// How goals yield to the wrench at the tool; `None` if they do not.
+    pub contact: Option<Compliance>,
     /// The posture to which the joints move as far as the tool leaves them free.
     pub posture: Posture,
     /// The goal tolerance.

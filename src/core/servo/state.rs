@@ -32,6 +32,8 @@ named! {
         /// For longer than `goal_timeout` no goal has arrived, or TF lacks the frame with which the goal moves: decelerating, then
         /// standing.
         StaleGoal = "stale_goal",
+        /// The goal is to yield to the wrench at the tool, but no usable wrench arrives: decelerating, then standing.
+        StaleWrench = "stale_wrench",
         /// Paused by the service `~/pause`: decelerating, then standing.
         Paused = "paused",
         /// Stopped by the service `~/stop` or by the end of the program: decelerating to rest.
@@ -70,6 +72,7 @@ impl State {
                 | Self::NotFollowing
                 | Self::StaleState
                 | Self::StaleGoal
+                | Self::StaleWrench
         )
     }
 }

@@ -56,6 +56,8 @@ pub struct Status {
     pub leaving_singularity: bool,
     /// The directions in which the arm can move, if it cannot follow the present twist.
     pub instead_of_twist: Option<FreeDirections>,
+    /// The contact; `None` if goals do not yield.
+    pub contact: Option<ContactStatus>,
     /// Why the motion has stalled; `None` if it has not stalled.
     pub stall: Option<Stall>,
     /// Information about another configuration in which the goal can be reached.
@@ -69,6 +71,18 @@ pub struct Status {
     pub latency: f64,
     /// The fraction of the law's gain that the latency allows; 1 if the latency does not limit the gain.
     pub gain_factor: f64,
+}
+
+/// The contact in the last cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactStatus {
+    /// The wrench at the tool without weight and bias, in the tool frame, torque first \[N m, N\].
+    pub wrench: Vector6<f64>,
+    /// The distance \[m\] and angle \[rad\] by which the goal has yielded.
+    pub offset: [f64; 2],
+    /// The least damping along an axis that is stable \[N s/m\], and the delay \[s\] that makes it necessary. `None` if the
+    /// parameter `contact.damping` is enough.
+    pub least_damping: Option<(f64, f64)>,
 }
 
 /// If a robot moves at less than this fraction of the commanded speed, the servo assumes that somebody has told the robot to move
@@ -112,6 +126,14 @@ impl Status {
                 "the robot moves at {:.0} % of its speed: was it told to be slow?",
                 100.0 * self.speed_factor
             )),
+            State::Tracking | State::Settled if self.contact.is_some_and(|it| it.least_damping.is_some()) => {
+                self.contact.and_then(|contact| contact.least_damping).map(|(damping, delay)| {
+                    format!(
+                        "the delay of {:.0} ms needs a damping of {damping:.0} N s/m: contact.damping counts as this",
+                        1e3 * delay
+                    )
+                })
+            }
             State::Tracking if self.leaving_singularity => {
                 Some("the law stands still at a singularity: the arm is led out of it".to_owned())
             }
@@ -140,6 +162,7 @@ impl Default for Status {
             leaving_singularity: false,
             instead_of_twist: None,
             stall: None,
+            contact: None,
             reconfiguration: Reconfiguration::Unknown,
             figures: Figures::default(),
             pose_error: Vector6::zeros(),

@@ -58,6 +58,20 @@ message! {
     }
 }
 message! {
+    /// A force \[N\] and a torque \[N m\].
+    Wrench = "geometry_msgs/msg/Wrench" {
+        force: Vector3,
+        torque: Vector3,
+    }
+}
+message! {
+    /// A wrench, with its time and frame.
+    WrenchStamped = "geometry_msgs/msg/WrenchStamped" {
+        header: Header,
+        wrench: Wrench,
+    }
+}
+message! {
     /// The position and the orientation of a child frame in its parent frame.
     Transform = "geometry_msgs/msg/Transform" {
         /// Translation \[m\].

@@ -146,7 +146,9 @@ impl Servo {
         let states = self.robot.link.rivals(now);
         let states =
             states.map(|(arm, [first, second])| Rivals { of: Contended::JointStates(arm), first, second });
-        states.or(asking).or(commands)
+        let wrenches = self.contact.rivals(now);
+        let wrenches = wrenches.map(|[first, second]| Rivals { of: Contended::Wrenches, first, second });
+        states.or(wrenches).or(asking).or(commands)
     }
 
     /// Revokes consent if an arm that takes positions is too far from its setpoint.
@@ -223,11 +225,13 @@ impl Servo {
             return self.contact();
         }
         let Some(pursuit) = self.mode.pursuit() else { return (Some(State::Holding), None) };
+        let numb = self.feels_nothing(now);
         match self.settings.goal_timeout {
             Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
                 return (Some(State::StaleGoal), Some(Reason::StreamEnded));
             }
             _ if pursuit.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
+            _ if numb.is_some() => return (Some(State::StaleWrench), numb),
             _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
             _ => {}
         }

@@ -10,6 +10,7 @@ use crate::servo::explanation::Explanation;
 use crate::servo::mode::Mode;
 use crate::servo::stream::GoalStream;
 use dq_algebra::UnitDualQuaternion;
+use dq_contact::Contact;
 use dq_kinematics::control::LawMemory;
 use dq_link::Link;
 use dq_metrics::Figures;
@@ -22,7 +23,7 @@ use std::time::Duration;
 type Saved = (
     (u64, Option<Duration>, Clock, u64),
     (MotionRequests, Mode, Option<UnitDualQuaternion>, GoalStream, Explanation),
-    (EscapeDirection, LawMemory, Vec<f64>, SavedOutput, Link),
+    (EscapeDirection, LawMemory, Contact, Vec<f64>, SavedOutput, Link),
     (f64, Figures, Vector6<f64>),
 );
 
@@ -36,6 +37,7 @@ impl Servo {
             (
                 &self.escape.direction,
                 &self.law_memory,
+                &self.contact,
                 &self.joint_line.positions,
                 self.output.saved(),
                 &self.robot.link,
@@ -52,8 +54,8 @@ impl Servo {
         let (counts, asked, known, reported) = Saved::deserialize(saved)?;
         (self.configurations, self.configured, self.clock, self.motions.count) = counts;
         (self.requests, self.mode, self.set, self.stream, self.explanation) = asked;
-        let (direction, memory, elsewhere, output, link) = known;
-        (self.escape.direction, self.law_memory) = (direction, memory);
+        let (direction, memory, contact, elsewhere, output, link) = known;
+        (self.escape.direction, self.law_memory, self.contact) = (direction, memory, contact);
         (self.joint_line.positions, self.robot.link) = (elsewhere, link);
         self.output.restore(output);
         (self.status.sign, self.status.figures, self.status.pose_error) = reported;

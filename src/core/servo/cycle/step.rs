@@ -25,10 +25,12 @@ impl Servo {
         self.robot.predicted.evaluate(self.robot.link.predicted());
         // Consent.
         let rivals = self.revoke_for_faults(now);
+        self.watch_contact(now, elapsed);
         self.watch_reconfiguration(now);
         let (standing, reason) = self.reason_to_stand(now, rivals);
         let driven = standing.is_none();
         // Target, desired velocity, and command.
+        self.yield_to_wrench(driven);
         let tracked = self.track(now);
         if driven {
             self.set_desired_velocity(now, tracked.as_ref());
@@ -166,6 +168,7 @@ impl Servo {
                 FreeDirections::instead_of(&jog.twist, aim, robot.state(), &robot.tool_axes())
             }),
             stall,
+            contact: self.contact_status(),
             reconfiguration: watch.map(|watch| watch.reconfiguration).unwrap_or_default(),
             figures: pursuit
                 .and_then(|pursuit| pursuit.record.meter.as_ref())

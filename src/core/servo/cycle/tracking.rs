@@ -128,6 +128,7 @@ impl Servo {
         let Settings { controller, feed_forward, hysteresis, .. } = &self.settings;
         let moving =
             if *feed_forward { self.stream.at(now, self.explanation.moves_by_itself()) } else { None };
+        let moving = Self::yielded(&self.contact.offset, moving, pursuit);
         let goal = moving.as_ref().map_or(pursuit.goal.base_from_goal(), |moving| &moving.pose);
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, *hysteresis);

@@ -1,0 +1,93 @@
+//! The parameters of contact.
+
+use dq_limits::POSITIVE;
+use dq_params::Parameters;
+use nalgebra::{Vector3, Vector6};
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+/// The damping is at least this factor times what a contact with the given stiffness needs at the given delay. With factor 2/π, the
+/// contact would swing for ever.
+const MARGIN: f64 = 1.5;
+
+/// How the goal yields to the wrench at the tool. Lists of six numbers are for motion along x, y, z and about x, y, z of the
+/// controlled tool at its goal.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+#[parameters(prefix = "contact.")]
+pub struct Compliance {
+    /// stiffness along and about x, y, z of the tool; 0: free, .inf: the goal does not yield \[N/m, N m/rad\]
+    #[parameter(default = [500.0, 500.0, 500.0, 30.0, 30.0, 30.0], range = 0.0..=f64::INFINITY)]
+    pub stiffness: [f64; 6],
+    /// damping along and about x, y, z of the tool; too little counts as the least that is stable \[N s/m, N m s/rad\]
+    #[parameter(default = [150.0, 150.0, 150.0, 8.0, 8.0, 8.0], range = 1e-3..=1e6)]
+    pub damping: [f64; 6],
+    /// virtual mass along, and inertia about, x, y, z of the tool \[kg, kg m²\]
+    #[parameter(default = [5.0, 5.0, 5.0, 0.2, 0.2, 0.2], range = 1e-3..=1e3)]
+    pub mass: [f64; 6],
+    /// wrench that the tool is to exert along and about its x, y, z; needs stiffness 0 there \[N, N m\]
+    #[parameter(range = -1e4..=1e4)]
+    pub force_goal: [f64; 6],
+    /// stiffest contact that has to be stable: along, and about an axis \[N/m, N m/rad\]
+    #[parameter(default = [1e4, 100.0], range = 0.0..=1e6)]
+    pub stiffest: [f64; 2],
+    /// largest distance and angle by which the goal yields \[m, rad\]
+    // Beyond 2.5 rad the logarithm changes too fast for a step.
+    #[parameter(default = [0.1, 0.5], range = 0.0..=2.5)]
+    pub largest_offset: [f64; 2],
+    /// largest force and torque; beyond them the arm stops \[N, N m\]
+    #[parameter(default = [50.0, 10.0], range = POSITIVE..=1e4)]
+    pub largest_wrench: [f64; 2],
+    /// force and torque below which the goal does not yield \[N, N m\]
+    #[parameter(default = [1.0, 0.1], range = 0.0..=1e3)]
+    pub dead_band: [f64; 2],
+    /// cutoff frequency of the wrench's low-pass \[Hz\]
+    #[parameter(default = 20.0, range = 0.1..=1e3)]
+    pub cutoff: f64,
+    /// age from which a wrench is stale; the arm then decelerates \[s\]
+    #[parameter(default = 0.1, range = 0.001..=10.0)]
+    pub wrench_timeout: Duration,
+    /// whether the sensor reports the wrench that the tool exerts, and not the one that the tool feels
+    #[parameter()]
+    pub reversed: bool,
+    /// mass of what hangs on the sensor \[kg\]
+    #[parameter(range = 0.0..=1e3)]
+    pub tool_mass: f64,
+    /// center of that mass, in tool_frame \[m\]
+    #[parameter(range = -10.0..=10.0)]
+    pub tool_center: [f64; 3],
+    /// gravity in the base frame \[m/s²\]
+    #[parameter(default = [0.0, 0.0, -9.80665], range = -100.0..=100.0)]
+    pub gravity: [f64; 3],
+}
+
+/// Puts the numbers for motion about x, y, z before those for motion along x, y, z, as twists have them here.
+pub(crate) fn angular_first(numbers: &[f64; 6]) -> Vector6<f64> {
+    let [x, y, z, about @ ..] = *numbers;
+    Vector6::new(about[0], about[1], about[2], x, y, z)
+}
+
+/// Returns the norms of the force and of the torque of a wrench, which has its torque first.
+pub(crate) fn sizes(wrench: &Vector6<f64>) -> [f64; 2] {
+    [wrench.fixed_rows::<3>(3).norm(), wrench.fixed_rows::<3>(0).norm()]
+}
+
+impl Compliance {
+    /// Returns the least damping at which the [stiffest](Self::stiffest) contact is stable, if the tool yields `delay` \[s\] after
+    /// the sensor's message: along, and about an axis \[N s/m, N m s/rad\].
+    ///
+    /// With stiffness `k` of the contact and delay `T`, the characteristic equation `m s² + d s + K + k exp(−s T) = 0` has a root
+    /// `s = iω` only for `d = k sin(ωT)/ω ≤ k T`. So `d ≥ k T` is stable for every mass `m` and stiffness `K`.
+    pub fn least_damping(&self, delay: f64) -> [f64; 2] {
+        self.stiffest.map(|stiffness| MARGIN * stiffness * (delay + self.filter_time()))
+    }
+
+    /// Returns the time by which the low-pass delays the wrench \[s\].
+    pub(crate) fn filter_time(&self) -> f64 {
+        1.0 / (TAU * self.cutoff)
+    }
+
+    /// Returns gravity in the base frame \[m/s²\].
+    pub(crate) fn gravity(&self) -> Vector3<f64> {
+        self.gravity.into()
+    }
+}

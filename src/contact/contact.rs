@@ -1,0 +1,114 @@
+//! The state of contact: the wrench, the offset, and what stops the arm.
+
+use crate::compliance::{angular_first, sizes};
+use crate::sign_watch::SignWatch;
+use crate::{Admittance, Compliance, WrenchSensor, wrench_in};
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::{UnitQuaternion, Vector6};
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+
+/// After a stop, the wrench may be this many times as large before the arm stops again. So the arm can leave the contact.
+const LEAVING: f64 = 1.2;
+/// Below this fraction of the limit, the contact has ended.
+const LEFT: f64 = 0.8;
+
+/// Why a contact stops the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ContactFault {
+    /// The force exceeds its limit \[N\].
+    Force(f64),
+    /// The torque exceeds its limit \[N m\].
+    Torque(f64),
+    /// The force grows as the tool yields to it \[N\].
+    Sign(f64),
+}
+
+impl ContactFault {
+    /// Explains the fault in words.
+    pub fn explain(&self) -> String {
+        match self {
+            Self::Force(force) => format!("contact: {force:.0} N"),
+            Self::Torque(torque) => format!("contact: {torque:.1} N m"),
+            Self::Sign(force) => format!(
+                "contact: {force:.0} N, and pushing back grows with yielding: is the sign of wrench right (contact.reversed)?"
+            ),
+        }
+    }
+}
+
+/// The contact of one tool.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Contact {
+    /// The wrench at the tool.
+    pub sensor: WrenchSensor,
+    /// The offset by which the goal yields.
+    pub offset: Admittance,
+    sign: SignWatch,
+    /// The limits of force and torque after a stop \[N, N m\]; `None` before.
+    tolerated: Option<[f64; 2]>,
+}
+
+impl Contact {
+    /// Returns the publisher in use and another one, if two publishers send wrenches at `now`.
+    pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
+        self.sensor.sources.rivals(now)
+    }
+
+    /// Returns why the arm has to stop now. `twist` is the body twist of the tool frame, `(ω, v)` [rad/s, m/s], and `dt` the time
+    /// since the last call \[s\].
+    pub fn fault(&mut self, compliance: &Compliance, twist: &Vector6<f64>, dt: f64) -> Option<ContactFault> {
+        let velocity = twist.fixed_rows::<3>(3).into_owned();
+        self.sensor.note_motion(velocity.norm() * dt);
+        let force = self.sensor.filtered().fixed_rows::<3>(3).into_owned();
+        let wrong_sign = self.sign.update(&force, &velocity, compliance.dead_band[0], dt);
+        let latest = sizes(self.sensor.latest());
+        let [force_now, torque_now] = latest;
+        let limits = compliance.largest_wrench;
+        if (0..2).all(|part| latest[part] < LEFT * limits[part]) {
+            self.tolerated = None;
+        }
+        let [most_force, most_torque] = self.tolerated.unwrap_or(limits);
+        let is_too_large = force_now > most_force || torque_now > most_torque;
+        if is_too_large {
+            self.tolerated = Some([0, 1].map(|part| limits[part].max(LEAVING * latest[part])));
+        }
+        match () {
+            () if wrong_sign || (is_too_large && self.sign.helps(&force)) => {
+                Some(ContactFault::Sign(force_now))
+            }
+            () if force_now > most_force => Some(ContactFault::Force(force_now)),
+            () if torque_now > most_torque => Some(ContactFault::Torque(torque_now)),
+            () => None,
+        }
+    }
+
+    /// Moves the offset by one step of `dt` \[s\]. The controlled tool is at `tool_offset` in the tool frame. `rotation` turns from
+    /// the controlled tool to the goal. The tool follows the goal `delay` \[s\] later. Without `compliance`, the offset returns to
+    /// the identity.
+    pub fn yield_to_wrench(
+        &mut self,
+        compliance: Option<&Compliance>,
+        tool_offset: &UnitDualQuaternion,
+        rotation: &UnitQuaternion<f64>,
+        (delay, dt): (f64, f64),
+    ) {
+        let Some(compliance) = compliance else {
+            return self.offset.advance(None, &Vector6::zeros(), delay, dt);
+        };
+        let felt = wrench_in(&tool_offset.inverse(), self.sensor.filtered());
+        let felt = beyond(&felt, compliance.dead_band);
+        // The goal feels what the tool feels, as if the goal were where the tool is.
+        let turned = UnitDualQuaternion::from_parts(*rotation, Default::default());
+        let wrench = wrench_in(&turned, &felt) + angular_first(&compliance.force_goal);
+        self.offset.advance(Some(compliance), &wrench, delay, dt);
+    }
+}
+
+/// Returns the part of a wrench that is beyond the dead band of force and torque.
+fn beyond(wrench: &Vector6<f64>, dead_band: [f64; 2]) -> Vector6<f64> {
+    let sizes = sizes(wrench);
+    let [force, torque] = [0, 1]
+        .map(|part| if sizes[part] > dead_band[part] { 1.0 - dead_band[part] / sizes[part] } else { 0.0 });
+    wrench.component_mul(&Vector6::new(torque, torque, torque, force, force, force))
+}

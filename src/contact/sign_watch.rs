@@ -1,0 +1,63 @@
+//! Finds out that the sensor reports the wrench with the wrong sign.
+//!
+//! A wall pushes back against the motion that touched it. If the sensor's sign is wrong, the force seems to help the motion, the goal
+//! yields toward the wall, and the force grows. A person who pushes an arm that stands gives no such evidence.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// A contact begins at this force \[N\], or at this many dead bands if that is more. It ends at half of it.
+const TOUCH: f64 = 3.0;
+const DEAD_BANDS: f64 = 3.0;
+
+/// A slower tool counts as standing when a contact begins [m/s].
+const MOVES: f64 = 2e-3;
+
+/// The time after the begin of a contact in which the force is watched \[s\].
+const TIME: f64 = 0.5;
+
+/// The force has grown if it is this many times the force at the begin of the contact.
+const GROWN: f64 = 2.0;
+
+/// The force helps the motion if its part along the motion is at least this fraction of it.
+const ALONG: f64 = 0.7;
+
+/// A contact, from its begin on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Touch {
+    /// The direction of the tool's motion when the contact began; 0 if the tool stood.
+    motion: Vector3<f64>,
+    force: f64,
+    since: f64,
+}
+
+/// Watches the force at the begin of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SignWatch {
+    touch: Option<Touch>,
+}
+
+impl SignWatch {
+    /// Takes the `force` on the tool \[N\] and the tool's `velocity` [m/s], both along the tool's axes, `dt` \[s\] after the last
+    /// ones. Returns whether the sign of the force is wrong.
+    pub fn update(&mut self, force: &Vector3<f64>, velocity: &Vector3<f64>, dead_band: f64, dt: f64) -> bool {
+        let (size, touches) = (force.norm(), TOUCH.max(DEAD_BANDS * dead_band));
+        if size < touches / 2.0 {
+            self.touch = None;
+        } else if size >= touches && self.touch.is_none() {
+            let moves = velocity.norm() >= MOVES;
+            let motion = if moves { velocity.normalize() } else { Vector3::zeros() };
+            self.touch = Some(Touch { motion, force: size, since: 0.0 });
+        }
+        let Some(touch) = &mut self.touch else { return false };
+        touch.since += dt;
+        touch.since <= TIME && size >= GROWN * touch.force && self.helps(force)
+    }
+
+    /// Returns whether the `force` helps the motion that began the contact.
+    pub fn helps(&self, force: &Vector3<f64>) -> bool {
+        self.touch.is_some_and(|touch| {
+            force.dot(&touch.motion) >= ALONG * force.norm() && touch.motion != Vector3::zeros()
+        })
+    }
+}

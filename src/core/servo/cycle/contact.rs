@@ -1,0 +1,148 @@
+//! Contact: the wrench at the tool, and the goal that yields to it.
+
+use super::Servo;
+use crate::servo::mode::Pursuit;
+use crate::servo::stream::MovingGoal;
+use crate::servo::{ContactStatus, Reason, Rejection, Revocation, is_own_frame};
+use dq_algebra::UnitDualQuaternion;
+use dq_common::text::cut;
+use dq_contact::{Load, WrenchReading};
+use nalgebra::Vector6;
+use std::time::Duration;
+
+impl Servo {
+    /// Takes a wrench that was received at `now`. Returns whether its publisher is the one in use. Without the setting `contact`, the
+    /// servo ignores wrenches.
+    ///
+    /// # Errors
+    /// The [`Rejection`], which is counted. The last valid wrench remains.
+    pub fn take_wrench(&mut self, reading: &WrenchReading, now: Duration) -> Result<bool, Rejection> {
+        let Some(compliance) = self.settings.contact.filter(|_| self.robot.link.received().is_some()) else {
+            return Ok(true);
+        };
+        let in_tool = is_own_frame(reading.frame_id, &self.frames.tool);
+        if !in_tool && !is_own_frame(reading.frame_id, &self.frames.goal) {
+            let (got, expected) =
+                (cut(reading.frame_id).into_owned(), [&self.frames.tool, &self.frames.goal]);
+            return self
+                .counted(Err(Rejection::UnknownFrame { got, expected: expected.map(String::clone).into() }));
+        }
+        let taken =
+            self.contact.sensor.hear(reading, (&self.base_from_tool_frame(), in_tool), &compliance, now);
+        self.counted(taken.map_err(Rejection::from))
+    }
+
+    /// Returns the pose of the tool frame, at which the wrench is measured and the tool's offset begins.
+    fn base_from_tool_frame(&self) -> UnitDualQuaternion {
+        self.robot.arms.pose() * self.settings.tool_offset.inverse()
+    }
+
+    /// Counts the present wrench as no contact.
+    pub fn tare(&mut self) {
+        self.contact.sensor.tare();
+    }
+
+    /// Begins to identify the load on the sensor. Turn the tool slowly about two horizontal axes, without contact, and call
+    /// [`identified_load`](Self::identified_load).
+    pub fn identify_load(&mut self) {
+        self.contact.sensor.begin_identification();
+    }
+
+    /// Ends the identification, and returns the load.
+    ///
+    /// # Errors
+    /// The [`Rejection`], which is counted, if the tool was not turned about two axes.
+    pub fn identified_load(&mut self) -> Result<Load, Rejection> {
+        let load = self.contact.sensor.end_identification();
+        self.counted(load.map_err(Rejection::from))
+    }
+
+    /// Revokes consent if the wrench is too large, its sign is wrong, or it was missing for longer than `rearm_timeout`. `elapsed`
+    /// is the time since the last cycle.
+    pub(super) fn watch_contact(&mut self, now: Duration, elapsed: Duration) {
+        let Some(compliance) = self.settings.contact else { return };
+        let Some(request) = self.requests.consent().request().copied() else { return };
+        let base_from_frame = self.base_from_tool_frame();
+        let (angular, linear) = self.robot.arms.state().tool_twist(&self.output.motion);
+        let back = base_from_frame.rotation().inverse();
+        let twist = dq_contact::stacked(&(back * angular), &(back * linear));
+        let fault = self.contact.fault(&compliance, &twist, elapsed.as_secs_f64());
+        let since = self.contact.sensor.measured_at().unwrap_or_default().max(request.pushed);
+        let away = now.saturating_sub(since);
+        let why = match fault {
+            Some(fault) => Revocation::Contact(fault),
+            None if self.follows_law()
+                && away > self.settings.rearm_timeout.max(compliance.wrench_timeout) =>
+            {
+                Revocation::WrenchWasAway(away.as_secs_f64())
+            }
+            None => return,
+        };
+        if self.requests.consent().is_asked() {
+            self.requests.revoke(now, now, why);
+        }
+    }
+
+    fn follows_law(&self) -> bool {
+        self.mode.pursuit().is_some_and(|pursuit| !pursuit.follows_joint_line())
+    }
+
+    /// Returns why the arm must not follow its law now: the goal is to yield, but there is no usable wrench.
+    pub(super) fn feels_nothing(&self, now: Duration) -> Option<Reason> {
+        let compliance = self.settings.contact.filter(|_| self.follows_law())?;
+        let sensor = &self.contact.sensor;
+        match () {
+            () if sensor.is_stale(now, &compliance) => Some(Reason::NoWrench),
+            () if sensor.is_frozen() => Some(Reason::FrozenWrench),
+            () => None,
+        }
+    }
+
+    /// Moves the offset of the goal by one cycle, if the arm is `driven` by its law. Otherwise keeps the offset.
+    pub(super) fn yield_to_wrench(&mut self, driven: bool) {
+        let Some(pursuit) = self.mode.pursuit().filter(|pursuit| driven && !pursuit.follows_joint_line())
+        else {
+            return self.contact.offset.freeze();
+        };
+        let goal = *pursuit.goal.base_from_goal() * *self.contact.offset.offset();
+        let turn = goal.rotation().inverse() * self.robot.arms.pose().rotation();
+        let (compliance, tool) = (self.settings.contact.as_ref(), &self.settings.tool_offset);
+        let times = (self.contact_delay(), self.clock.period);
+        self.contact.yield_to_wrench(compliance, tool, &turn, times);
+    }
+
+    /// Returns the time from a wrench to the motion of the tool that answers it \[s\].
+    fn contact_delay(&self) -> f64 {
+        self.robot.link.delay() + self.clock.period
+    }
+
+    /// Returns the goal `moving`, or the goal of `pursuit` if it stands, after it has yielded. `None` if the goal stands and does not
+    /// yield. The offset moves with the goal: with the goal's body twist `ξ_d`, the yielded goal has `Ad_{x⁻¹} ξ_d + v`.
+    pub(super) fn yielded(
+        offset: &dq_contact::Admittance,
+        moving: Option<MovingGoal>,
+        pursuit: &Pursuit,
+    ) -> Option<MovingGoal> {
+        if *offset == dq_contact::Admittance::default() {
+            return moving;
+        }
+        let standing = || MovingGoal { pose: *pursuit.goal.base_from_goal(), twist: Vector6::zeros() };
+        let MovingGoal { pose, twist } = moving.unwrap_or_else(standing);
+        let (x, v) = (offset.offset(), offset.twist());
+        Some(MovingGoal { pose: pose * *x, twist: x.inverse().adjoint() * twist + v })
+    }
+
+    /// Returns what the status reports of the contact; `None` if goals do not yield.
+    pub(super) fn contact_status(&self) -> Option<ContactStatus> {
+        let compliance = self.settings.contact.as_ref()?;
+        let delay = self.contact_delay();
+        let [least, _] = compliance.least_damping(delay);
+        let [x, y, z, ..] = compliance.damping;
+        let lowest = x.min(y).min(z);
+        Some(ContactStatus {
+            wrench: *self.contact.sensor.filtered(),
+            offset: self.contact.offset.offset().distances(&UnitDualQuaternion::identity()),
+            least_damping: (lowest < least).then_some((least, delay)),
+        })
+    }
+}
