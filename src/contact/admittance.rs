@@ -2,8 +2,9 @@
 
 use crate::Compliance;
 use crate::compliance::angular_first;
+use crate::load::stacked;
 use dq_algebra::UnitDualQuaternion;
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 /// The time constant with which stiffness, damping and mass follow their parameters \[s\].
@@ -21,17 +22,19 @@ const OVERDAMPED: f64 = 1.001;
 /// Below this size, an offset that no longer yields has ended \[m, rad; m/s, rad/s\].
 const ENDED: f64 = 1e-7;
 
-/// The offset from the goal to the goal that has yielded, `x ∈ SE(3)`, and its body twist `v`:
-/// `M dv/dt + D v + J⁻ᵀ(log x) K log x = w`, with the screw logarithm and the wrench `w` in the frame of the yielded goal.
+/// The offset from the goal to the goal that has yielded. Its translation `p`, along the goal's axes, and its rotation vector `φ` are
+/// twice the logarithm of its dual quaternion as the reference work takes it (eq. 32). They obey
+/// `M p″ + D p′ + K p = f` and `M dω/dt + D ω + J⁻ᵀ(φ) K φ = τ`, with a diagonal `M`, `D` and `K` each, the force `f` along the goal's
+/// axes, and the torque `τ` and the body rate `ω` along those of the yielded goal.
 ///
-/// With `J⁻¹`, which turns the body twist into the rate of `log x`, the elastic wrench is the gradient of the energy
-/// `½ (log x)ᵀ K log x`. So the offset is passive: it returns no more work than it took in. For motion along one axis, the elastic
-/// wrench is `K log x`, as in Fonseca, Adorno and Fraisse (2020), "Coupled task-space admittance controller using dual quaternion
-/// logarithmic mapping".
+/// `J⁻¹` turns the body rate into the rate of `φ`, so both elastic terms are gradients of the energy `½ pᵀ K p + ½ φᵀ K φ`. So the offset
+/// is passive: it returns no more work than it took in. About one axis, `J⁻ᵀ K φ` is `K φ`, as in Fonseca, Adorno and Fraisse (2020),
+/// "Coupled task-space admittance controller using dual quaternion logarithmic mapping".
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Admittance {
     offset: UnitDualQuaternion,
-    twist: Vector6<f64>,
+    /// The rates of the offset, angular first: `ω` along the axes of the yielded goal, and `p′` along those of the goal.
+    rates: Vector6<f64>,
     /// The present parameters; `None` while the goal does not yield.
     dynamics: Option<Dynamics>,
 }
@@ -73,7 +76,7 @@ impl Dynamics {
 
 impl Default for Admittance {
     fn default() -> Self {
-        Self { offset: UnitDualQuaternion::identity(), twist: Vector6::zeros(), dynamics: None }
+        Self { offset: UnitDualQuaternion::identity(), rates: Vector6::zeros(), dynamics: None }
     }
 }
 
@@ -84,16 +87,17 @@ impl Admittance {
     }
 
     /// Returns the body twist of the offset, `(ω, v)` [rad/s, m/s].
-    pub fn twist(&self) -> &Vector6<f64> {
-        &self.twist
+    pub fn twist(&self) -> Vector6<f64> {
+        let [angular, linear] = halves(&self.rates);
+        stacked(&angular, &(self.offset.rotation().inverse() * linear))
     }
 
     /// Keeps the offset as it is, at rest.
     pub fn freeze(&mut self) {
-        self.twist = Vector6::zeros();
+        self.rates = Vector6::zeros();
     }
 
-    /// Moves the offset by one step of `dt` \[s\] under the `wrench` on the tool, torque first \[N m, N\]. The tool follows `delay`
+    /// Moves the offset by one step of `dt` \[s\] under the `wrench` in the frame of the yielded goal, torque first \[N m, N\]. The tool follows `delay`
     /// \[s\] later. Without `compliance` the offset returns to the identity. A change of `compliance` never moves the offset at
     /// once.
     pub fn advance(&mut self, compliance: Option<&Compliance>, wrench: &Vector6<f64>, delay: f64, dt: f64) {
@@ -105,25 +109,29 @@ impl Admittance {
         let rigid = Dynamics { firmness: Vector6::repeat(1.0), ..target };
         let mut dynamics = self.dynamics.unwrap_or(rigid);
         dynamics.approach(&target, -(-dt / RAMP).exp_m1());
-        let log = self.offset.screw_log();
-        let stiffness = dynamics.stiffness();
-        let elastic = inverse_jacobian(&log).tr_mul(&stiffness.component_mul(&log));
-        let force = wrench - elastic;
-        let mut travel = Vector6::zeros();
+        let (before, stiffness) = (self.offset, dynamics.stiffness());
+        let (rotation, point) = (before.rotation(), before.translation());
+        let turn = rotation.scaled_axis();
+        let [torque, force] = halves(wrench);
+        let [about, along] = halves(&stiffness);
+        let torque = torque - inverse_jacobian(&turn).tr_mul(&about.component_mul(&turn));
+        let force = rotation * force - along.component_mul(&point);
+        let (wrench, mut travel) = (stacked(&torque, &force), Vector6::zeros());
         for i in 0..6 {
             let (mass, stiffness) = (dynamics.mass[i], stiffness[i]);
             let damping = dynamics.damping[i].max(OVERDAMPED * 2.0 * (stiffness * mass).sqrt());
-            let rates = [damping / mass, stiffness / mass];
-            (travel[i], self.twist[i]) = step(self.twist[i], force[i] / mass, rates, dt);
+            let equation = [damping / mass, stiffness / mass];
+            (travel[i], self.rates[i]) = step(self.rates[i], wrench[i] / mass, equation, dt);
         }
-        let before = self.offset;
-        self.offset = before * UnitDualQuaternion::screw_exp(&travel);
+        let [turned, moved] = halves(&travel);
+        let rotation = rotation * UnitQuaternion::from_scaled_axis(turned);
+        self.offset = UnitDualQuaternion::from_parts(rotation, point + moved);
         if let Some(compliance) = compliance {
             self.keep_within(compliance.largest_offset, &before, dt);
         }
         let is_over = |size: f64| size < ENDED;
-        let ends =
-            compliance.is_none() && is_over(self.offset.screw_log().norm()) && is_over(self.twist.norm());
+        let [distance, angle] = self.offset.distances(&UnitDualQuaternion::identity());
+        let ends = compliance.is_none() && [distance, angle, self.rates.norm()].into_iter().all(is_over);
         *self = if ends { Self::default() } else { Self { dynamics: Some(dynamics), ..*self } };
     }
 
@@ -137,10 +145,16 @@ impl Admittance {
             return;
         }
         let shortened = |v: Vector3<f64>, most: f64| if v.norm() > most { most / v.norm() * v } else { v };
-        let turn = nalgebra::UnitQuaternion::from_scaled_axis(shortened(turn, angle));
+        let turn = UnitQuaternion::from_scaled_axis(shortened(turn, angle));
         self.offset = UnitDualQuaternion::from_parts(turn, shortened(point, distance));
-        self.twist = (before.inverse() * self.offset).screw_log() / dt;
+        let turned = (before.rotation().inverse() * turn).scaled_axis();
+        self.rates = stacked(&turned, &(self.offset.translation() - before.translation())) / dt;
     }
+}
+
+/// Returns the angular and the linear half of six numbers.
+fn halves(numbers: &Vector6<f64>) -> [Vector3<f64>; 2] {
+    [0, 3].map(|first| numbers.fixed_rows::<3>(first).into_owned())
 }
 
 /// Solves `d²y/dt² + 2a dy/dt + b y = u` from `y = 0` and speed `v` over the time `t`, with `[2a, b]` as given and `a² > b ≥ 0`.
@@ -152,36 +166,26 @@ fn step(v: f64, u: f64, [twice_a, b]: [f64; 2], t: f64) -> (f64, f64) {
     // The slow exponent is −(a − half), but without cancellation.
     let slow = b / fast;
     let apart = slow - fast;
-    let integral = |rate: f64| if rate == 0.0 { t } else { (rate * t).exp_m1() / rate };
+    // A tiny rate would underflow.
+    let integral = |rate: f64| {
+        if (rate * t).abs() < 1e-9 { t * (1.0 + 0.5 * rate * t) } else { (rate * t).exp_m1() / rate }
+    };
     let (e_slow, e_fast) = ((slow * t).exp(), (fast * t).exp());
     let response = (e_slow - e_fast) / apart;
     let travel = v * response + u * (integral(slow) - integral(fast)) / apart;
     (travel, v * (slow * e_slow - fast * e_fast) / apart + u * response)
 }
 
-/// Returns `J⁻¹`, which turns the body twist of `exp(log)` into the rate of `log` (6×6, angular first): the inverse of the right
-/// Jacobian of SE(3). Its four terms are those of Bullo and Murray (1995), "Proportional derivative (PD) control on the Euclidean
-/// group", with the sign of the body twist.
-pub(crate) fn inverse_jacobian(log: &Vector6<f64>) -> Matrix6<f64> {
-    let (angular, linear) = (log.fixed_rows::<3>(0).into_owned(), log.fixed_rows::<3>(3).into_owned());
-    let [turn, shift]: [Matrix3<f64>; 2] = [angular, linear].map(|v| v.cross_matrix());
-    let mut ad = Matrix6::zeros();
-    ad.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
-    ad.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
-    ad.fixed_view_mut::<3, 3>(3, 0).copy_from(&shift);
-    let [second, fourth] = coefficients(angular.norm());
-    let square = ad * ad;
-    Matrix6::identity() + 0.5 * ad + second * square + fourth * square * square
-}
-
-/// Returns the coefficients of `ad²` and `ad⁴` for this angle \[rad\].
-fn coefficients(angle: f64) -> [f64; 2] {
-    let square = angle * angle;
-    if angle < 0.1 {
-        return [1.0 / 12.0 - square * square / 30240.0, -1.0 / 720.0 - square / 15120.0];
-    }
+/// Returns `J⁻¹`, which turns the body rate of a rotation into the rate of its rotation vector `turn` \[rad\]:
+/// `I + ½ [φ]× + (1 − α)/θ² [φ]×²`, with `α = (θ/2) cot(θ/2)` as in the logarithm of SE(3).
+pub(crate) fn inverse_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
+    let (angle, cross) = (turn.norm(), turn.cross_matrix());
     let half = 0.5 * angle;
-    let (alpha, beta) = (half / half.tan(), (half / half.sin()).powi(2));
-    let mean = 0.5 * (alpha - beta);
-    [(2.0 * (1.0 - alpha) + mean) / square, (1.0 - alpha + mean) / (square * square)]
+    // The first two terms of the series are exact to rounding below this angle.
+    let second = if angle < 1e-2 {
+        1.0 / 12.0 + angle * angle / 720.0
+    } else {
+        (1.0 - half / half.tan()) / (angle * angle)
+    };
+    Matrix3::identity() + 0.5 * cross + second * cross * cross
 }

@@ -35,6 +35,8 @@ struct Touch {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SignWatch {
     touch: Option<Touch>,
+    /// The last velocity of the tool without a contact [m/s]. It does not come from yielding.
+    velocity: Vector3<f64>,
 }
 
 impl SignWatch {
@@ -42,11 +44,14 @@ impl SignWatch {
     /// ones. Returns whether the sign of the force is wrong.
     pub fn update(&mut self, force: &Vector3<f64>, velocity: &Vector3<f64>, dead_band: f64, dt: f64) -> bool {
         let (size, touches) = (force.norm(), TOUCH.max(DEAD_BANDS * dead_band));
+        if size <= dead_band.max(TOUCH / 3.0) {
+            self.velocity = *velocity;
+        }
         if size < touches / 2.0 {
             self.touch = None;
         } else if size >= touches && self.touch.is_none() {
-            let moves = velocity.norm() >= MOVES;
-            let motion = if moves { velocity.normalize() } else { Vector3::zeros() };
+            let moves = self.velocity.norm() >= MOVES;
+            let motion = if moves { self.velocity.normalize() } else { Vector3::zeros() };
             self.touch = Some(Touch { motion, force: size, since: 0.0 });
         }
         let Some(touch) = &mut self.touch else { return false };

@@ -1,6 +1,8 @@
 //! Decodes messages into the memory of earlier ones, so that a steady stream of messages causes no allocations.
 
-use super::messages::{Header, JointState, Pose, PoseStamped, Time, Twist, TwistStamped, Wrench, WrenchStamped};
+use super::messages::{
+    Header, JointState, Pose, PoseStamped, Time, Twist, TwistStamped, Wrench, WrenchStamped,
+};
 use dq_common::text::{MOST, cut};
 use serde::de::{DeserializeSeed, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
