@@ -33,6 +33,7 @@ use dq_config::{DualParameters, GuardParameters, NodeParameters, PlantParameters
 use dq_nodes::Prepared;
 use dq_ros::ros::args::Override;
 use dq_ros::ros::{Resolver, RosArgs, args};
+use dq_wire::ServoKind;
 use error::{Error, Result, Usage};
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -51,10 +52,10 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Run the servo node
-    #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), &OF_SERVOS))]
+    #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), of_servos(ServoKind::OneArm)))]
     Servo(arm::RobotChoice),
     /// Run the servo node for two arms in the namespaces left and right
-    #[command(after_long_help = help::node::<DualParameters>(|all| all.dual.with(all.pictures), &OF_SERVOS))]
+    #[command(after_long_help = help::node::<DualParameters>(|all| all.dual.with(all.pictures), of_servos(ServoKind::TwoArms)))]
     Dual(arm::ArmChoice),
     /// Run a simulated arm: a built-in one, one from DH rows, or one from a robot description
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
@@ -96,8 +97,8 @@ enum Command {
     Tools(tools::Command),
 }
 
-/// The services of a servo, for its help.
-const OF_SERVOS: [(&str, &str); 4] = [
+/// The services of a servo, for its help. Those of a servo for one arm come last.
+const OF_SERVOS: [(&str, &str); 6] = [
     ("~/pause", "std_srvs/srv/SetBool: true decelerates and holds, false goes on"),
     ("~/stop", "std_srvs/srv/Trigger: decelerates and drops the goal"),
     (
@@ -108,7 +109,20 @@ const OF_SERVOS: [(&str, &str); 4] = [
         "~/goal/get_interactive_markers",
         "visualization_msgs/srv/GetInteractiveMarkers: the goal, to be dragged",
     ),
+    ("~/tare", "std_srvs/srv/Trigger: the present wrench counts as no contact"),
+    (
+        "~/identify_load",
+        "std_srvs/srv/SetBool: true begins, false ends and says the mass on the sensor and its center",
+    ),
 ];
+
+/// Returns the services of a servo of this kind.
+fn of_servos(kind: ServoKind) -> &'static [(&'static str, &'static str)] {
+    match kind {
+        ServoKind::OneArm => &OF_SERVOS,
+        ServoKind::TwoArms => &OF_SERVOS[..OF_SERVOS.len() - 2],
+    }
+}
 
 /// The services of a simulated arm, for its help.
 const OF_PLANTS: [(&str, &str); 1] = [("~/reset", "std_srvs/srv/Trigger: back to initial_positions")];

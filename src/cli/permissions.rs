@@ -2,7 +2,7 @@
 //! contract. `launch_scripts/dq_servo_keystore.sh` signs these permissions.
 
 use super::print::print_line;
-use super::{OF_PLANTS, OF_SERVOS, Usage};
+use super::{OF_PLANTS, Usage, of_servos};
 use dq_config::{DualParameters, GuardParameters, NodeParameters, PLANT_NAMES, ServoParameters};
 use dq_core::servo::Interface;
 use dq_messages::{Direction, NodeContract};
@@ -232,7 +232,7 @@ impl Graph {
         Ok(OurNode {
             names: Resolver::new(name, &self.args)?,
             contract,
-            services: OF_SERVOS.map(|(service, _)| service).to_vec(),
+            services: of_servos(kind).iter().map(|(service, _)| *service).collect(),
             // The servo publishes a goal that is dragged in RViz.
             both_ways: vec![kind.goal_topic()],
             goals: vec![kind.goal_topic(), "~/joint_goal", "~/target_twist"],

@@ -62,6 +62,8 @@ impl Contact {
         self.sensor.note_motion(velocity.norm() * dt);
         let force = self.sensor.filtered().fixed_rows::<3>(3).into_owned();
         let wrong_sign = self.sign.update(&force, &velocity, compliance.dead_band[0], dt);
+        // A stiff wall exceeds the limit before the low-pass shows it.
+        let sudden = self.sensor.latest().fixed_rows::<3>(3).into_owned();
         let latest = sizes(self.sensor.latest());
         let [force_now, torque_now] = latest;
         let limits = compliance.largest_wrench;
@@ -74,7 +76,7 @@ impl Contact {
             self.tolerated = Some([0, 1].map(|part| limits[part].max(LEAVING * latest[part])));
         }
         match () {
-            () if wrong_sign || (is_too_large && self.sign.helps(&force)) => {
+            () if wrong_sign || (is_too_large && self.sign.helps(&sudden)) => {
                 Some(ContactFault::Sign(force_now))
             }
             () if force_now > most_force => Some(ContactFault::Force(force_now)),

@@ -50,19 +50,21 @@ impl SignWatch {
         if size < touches / 2.0 {
             self.touch = None;
         } else if size >= touches && self.touch.is_none() {
-            let moves = self.velocity.norm() >= MOVES;
-            let motion = if moves { self.velocity.normalize() } else { Vector3::zeros() };
-            self.touch = Some(Touch { motion, force: size, since: 0.0 });
+            self.touch = Some(Touch { motion: self.motion(), force: size, since: 0.0 });
         }
         let Some(touch) = &mut self.touch else { return false };
         touch.since += dt;
         touch.since <= TIME && size >= GROWN * touch.force && self.helps(force)
     }
 
+    /// Returns the direction of the tool's motion before a contact; 0 if the tool stood.
+    fn motion(&self) -> Vector3<f64> {
+        if self.velocity.norm() >= MOVES { self.velocity.normalize() } else { Vector3::zeros() }
+    }
+
     /// Returns whether the `force` helps the motion that began the contact.
     pub fn helps(&self, force: &Vector3<f64>) -> bool {
-        self.touch.is_some_and(|touch| {
-            force.dot(&touch.motion) >= ALONG * force.norm() && touch.motion != Vector3::zeros()
-        })
+        let motion = self.touch.map_or(self.motion(), |touch| touch.motion);
+        motion != Vector3::zeros() && force.dot(&motion) >= ALONG * force.norm()
     }
 }

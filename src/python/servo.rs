@@ -5,8 +5,11 @@ use super::law::Law;
 use super::parameters::{PythonValue, changed, of_law, store, typed, values};
 use super::pose::Pose;
 use super::runs::python;
+use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
-use dq_core::servo::{self, Contended, Event, JointReading, Rejection, Settings, joint_name};
+use dq_core::servo::{
+    self, Contended, Event, JointReading, Load, Rejection, Settings, WrenchReading, joint_name,
+};
 use dq_kinematics::control::Controller;
 use dq_params::ParameterStore;
 use dq_search::{STARTS, Search};
@@ -45,6 +48,12 @@ fn age(now: f64, stamp: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(age).map_err(|_| wrong())
 }
 
+/// Returns the reading of a wrench in the tool frame.
+fn in_tool([x, y, z, torque @ ..]: [f64; 6]) -> WrenchReading<'static> {
+    let (force, sensor) = ([x, y, z], UnitDualQuaternion::identity());
+    WrenchReading { force, torque, frame_id: "", sensor, source: 0, stamp_age: Some(Duration::ZERO) }
+}
+
 #[pymethods]
 impl Servo {
     #[new]
@@ -75,8 +84,9 @@ impl Servo {
     /// Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
     ///
     /// `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
-    /// same clock as `now`. Without `stamp`, they were measured at `now`.
-    #[pyo3(signature = (now, positions = None, velocities = None, *, stamp = None))]
+    /// same clock as `now`. Without `stamp`, they were measured at `now`. `wrench` is the force [N] and the torque [N m] on the tool, six
+    /// numbers in the tool frame, that arrived since the previous cycle, or None.
+    #[pyo3(signature = (now, positions = None, velocities = None, *, stamp = None, wrench = None))]
     fn cycle<'py>(
         &mut self,
         py: Python<'py>,
@@ -84,6 +94,7 @@ impl Servo {
         positions: Option<Numbers<'py>>,
         velocities: Option<Numbers<'py>>,
         stamp: Option<f64>,
+        wrench: Option<[f64; 6]>,
     ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
         let age = stamp.map_or(Ok(Duration::ZERO), |stamp| age(now, stamp))?;
         self.now = duration(now, "now")?;
@@ -96,9 +107,10 @@ impl Servo {
             return Err(wrong(format!("velocities[{joint}] is {speed}: expected a finite number")));
         }
         let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, Some(age)));
+        let felt = wrench.map_or(Ok(true), |wrench| self.servo.take_wrench(&in_tool(wrench), self.now));
         let goal = self.servo.take_set_goal(self.now);
         self.servo.step(self.now);
-        state.and(goal).map_err(wrong)?;
+        state.and(felt.map(drop)).and(goal).map_err(wrong)?;
         self.own.as_ref().map_or(Ok(()), Law::check)?;
         Ok(self.servo.output().map(|output| array(py, output)))
     }
@@ -116,6 +128,22 @@ impl Servo {
     /// Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`.
     fn reconfigure(&mut self) -> PyResult<()> {
         self.servo.reconfigure(Duration::ZERO).map_err(wrong)
+    }
+
+    /// Counts the present wrench as no contact, like `~/tare`.
+    fn tare(&mut self) {
+        self.servo.tare();
+    }
+
+    /// Begins to identify what hangs on the sensor, like `~/identify_load` with true.
+    fn identify_load(&mut self) {
+        self.servo.identify_load();
+    }
+
+    /// Ends the identification. Returns the mass [kg] and its center in the tool frame [m].
+    fn identified_load<'py>(&mut self, py: Python<'py>) -> PyResult<(f64, Bound<'py, PyArray1<f64>>)> {
+        let Load { mass, center } = self.servo.identified_load().map_err(wrong)?;
+        Ok((mass, array(py, center.as_slice())))
     }
 
     /// Sets all of these parameters or none, from the next cycle on.

@@ -3,6 +3,7 @@
 
 mod allocations;
 mod asks;
+mod contact;
 mod delays;
 mod events;
 mod fed_back;

@@ -203,11 +203,13 @@ class Servo:
         velocities: ArrayLike | None = None,
         *,
         stamp: float | None = None,
+        wrench: ArrayLike | None = None,
     ) -> Array | None:
         """Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
 
         `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
-        same clock as `now`. Without `stamp`, they were measured at `now`.
+        same clock as `now`. Without `stamp`, they were measured at `now`. `wrench` is the force [N] and the torque [N m] on the tool, six
+        numbers in the tool frame, that arrived since the previous cycle, or None.
         """
 
     def stop(self) -> None:
@@ -218,6 +220,15 @@ class Servo:
 
     def reconfigure(self) -> None:
         """Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`."""
+
+    def tare(self) -> None:
+        """Counts the present wrench as no contact, like `~/tare`."""
+
+    def identify_load(self) -> None:
+        """Begins to identify what hangs on the sensor, like `~/identify_load` with true."""
+
+    def identified_load(self) -> tuple[float, Array]:
+        """Ends the identification. Returns the mass [kg] and its center in the tool frame [m]."""
 
     def configure(self, parameters: Parameters | None = None, *, law: Law | None = None) -> None:
         """Sets all of these parameters or none, from the next cycle on."""
