@@ -48,10 +48,10 @@ fn age(now: f64, stamp: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(age).map_err(|_| wrong())
 }
 
-/// Returns the reading of a wrench in the tool frame.
-fn in_tool([x, y, z, torque @ ..]: [f64; 6]) -> WrenchReading<'static> {
+/// Returns the reading of a wrench in the tool frame, measured `age` ago.
+fn in_tool([x, y, z, torque @ ..]: [f64; 6], age: Duration) -> WrenchReading<'static> {
     let (force, sensor) = ([x, y, z], UnitDualQuaternion::identity());
-    WrenchReading { force, torque, frame_id: "", sensor, source: 0, stamp_age: Some(Duration::ZERO) }
+    WrenchReading { force, torque, frame_id: "", sensor, source: 0, stamp_age: Some(age) }
 }
 
 #[pymethods]
@@ -85,7 +85,7 @@ impl Servo {
     ///
     /// `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
     /// same clock as `now`. Without `stamp`, they were measured at `now`. `wrench` is the force [N] and the torque [N m] on the tool, six
-    /// numbers in the tool frame, that arrived since the previous cycle, or None.
+    /// numbers in the tool frame, that was measured then and arrived since the previous cycle, or None.
     #[pyo3(signature = (now, positions = None, velocities = None, *, stamp = None, wrench = None))]
     fn cycle<'py>(
         &mut self,
@@ -107,7 +107,7 @@ impl Servo {
             return Err(wrong(format!("velocities[{joint}] is {speed}: expected a finite number")));
         }
         let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, Some(age)));
-        let felt = wrench.map_or(Ok(true), |wrench| self.servo.take_wrench(&in_tool(wrench), self.now));
+        let felt = wrench.map_or(Ok(true), |wrench| self.servo.take_wrench(&in_tool(wrench, age), self.now));
         let goal = self.servo.take_set_goal(self.now);
         self.servo.step(self.now);
         state.and(felt.map(drop)).and(goal).map_err(wrong)?;

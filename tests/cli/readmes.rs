@@ -42,7 +42,7 @@ fn workspace(members: &[&str]) -> String {
 
 #[test]
 fn the_examples_of_each_crate_compile_in_a_project_of_its_readers() {
-    let members = ["algebra", "bags", "check", "figures", "limits", "metrics", "ros", "search"];
+    let members = ["algebra", "bags", "check", "contact", "figures", "limits", "metrics", "ros", "search"];
     let projects = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readmes");
     let write = |path: &str, text: &str| {
         let path = projects.join(path);

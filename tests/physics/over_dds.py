@@ -38,7 +38,7 @@ class ServoOverDds:
             wait_matched(entity)
         self.began, self.said = None, []  # said: each status since the goal
 
-    def cycle(self, now, positions=None, velocities=None, stamp=None):
+    def cycle(self, now, positions=None, velocities=None, stamp=None, wrench=None):
         """At the clock time `now`: sends the joint state and takes the latest command. A late call does not wait, because the robot keeps
         moving."""
         self.began = self.began or (time.monotonic() - now, time.time() - now)

@@ -34,6 +34,9 @@ class Plant:
     slider: float = 1.0  # the part of the commanded speed at which it moves
     table: float | None = None  # height of a table [m]
 
+    def equip(self, spec):
+        """Adds more to the model."""
+
 
 def model(plant: Plant) -> mujoco.MjModel:
     """The arm with its actuators. The payload is attached at the tool mount."""
@@ -63,6 +66,7 @@ def model(plant: Plant) -> mujoco.MjModel:
     load.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.04, 0, 0], mass=max(plant.payload, 1e-6), contype=0, conaffinity=0)
     if plant.table is not None:
         spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 0.1], pos=[0, 0, plant.table])
+    plant.equip(spec)
     return spec.compile()
 
 
@@ -147,17 +151,21 @@ class Robot:
     def cycle(self):
         if self.now >= self.due - 1e-9:
             self.due += self.plant.state_period
-            self.underway.append((self.now, self.data.qpos.copy(), self.data.qvel.copy()))
+            self.underway.append((self.now, self.data.qpos.copy(), self.data.qvel.copy(), self.wrench()))
         came = {}
         while self.underway and self.underway[0][0] + self.plant.delay <= self.now + 1e-9:
-            stamp, positions, velocities = self.underway.pop(0)
-            came = {"positions": positions, "velocities": velocities, "stamp": stamp}
+            stamp, positions, velocities, wrench = self.underway.pop(0)
+            came = {"positions": positions, "velocities": velocities, "stamp": stamp, "wrench": wrench}
         output = self.servo.cycle(self.now, **came)
         if output is not None:
             self.command = output
         for _ in range(round(PERIOD / STEP)):
             self.step()
         self.now += PERIOD
+
+    def wrench(self):
+        """The six numbers of the wrist sensor in the tool frame, or None without one."""
+        return None
 
     def step(self):
         self.data.ctrl[:] = 0.0 if self.stopped else self.plant.slider * self.command

@@ -41,6 +41,15 @@ fn a_robot_is_moved_of(distribution: &str) {
     assert!(host.output(&["status"]).contains("settled"));
 }
 
+#[test]
+fn a_goal_yields_to_the_wrench_of_a_sensor_of_jazzy() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    host.start_servo("servo", &[&FAST[..], &["-p", "compliance:=true"]].concat());
+    let mut peer = host.command("timeout");
+    assert_success(&peer.args(["90", &python("jazzy"), CASES, "wrench"]).output().unwrap());
+}
+
 /// Fast DDS answers an announcement by unicast, so its side need not name anyone.
 #[test]
 fn a_robot_of_jazzy_behind_a_router_is_moved_if_ros_static_peers_has_its_host() {

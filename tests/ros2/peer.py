@@ -9,7 +9,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -18,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_parameter_events
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
 
 JOINTS = [f"joint{number}" for number in range(1, 7)]
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -207,6 +208,50 @@ def case_robot():
     node.create_subscription(Float64MultiArray, "forward_velocity_controller/commands", take, 10)
     node.create_timer(period, publish)
     rclpy.spin(node)
+
+
+def case_wrench():
+    """A wrist sensor whose frame is in TF: the goal yields by F/K, a pause of the sensor stops the arm, and a large force is named."""
+    rclpy.init()
+    node = Node("sensor")
+    mount = TransformStamped(child_frame_id="ft_sensor")
+    mount.header.frame_id, mount.transform.rotation.w = "tool0", 1.0
+    node.create_publisher(TFMessage, "/tf_static", LATCHED).publish(TFMessage(transforms=[mount]))
+    wrenches = node.create_publisher(WrenchStamped, "wrench", qos_profile_sensor_data)
+    force = [7.0]  # N along x; None: the sensor is silent
+
+    def publish():
+        if force[0] is not None:
+            message = WrenchStamped()
+            message.header.frame_id, message.header.stamp = "ft_sensor", node.get_clock().now().to_msg()
+            message.wrench.force.x = force[0]
+            wrenches.publish(message)
+
+    node.create_timer(0.008, publish)
+    states = listen(node, DiagnosticStatus, "dq_servo/status")
+    status = lambda: wait("a status", lambda: newest(states), node)
+    tare, identify = node.create_client(Trigger, "dq_servo/tare"), node.create_client(SetBool, "dq_servo/identify_load")
+    assert tare.wait_for_service(20.0) and identify.wait_for_service(20.0)
+    wait("the sensor's frame", lambda: abs(float(values(status()).get("contact_force_n", 0.0)) - 7.0) < 1e-6, node)
+    end = time.monotonic() + 1.5
+    wait("the sensor's mean", lambda: time.monotonic() > end, node)
+    assert answer("a tare", tare.call_async(Trigger.Request()), node).success
+    goals = node.create_publisher(PoseStamped, "goal_pose", 10)
+    wait("a subscriber of goals", goals.get_subscription_count, node)
+    goals.publish(goal(-0.125))
+    wait("arrival", lambda: status().message == "settled", node)
+    # 11 N are 10 N beyond the dead band: 20 mm at 500 N/m.
+    force[0] = 18.0
+    wait("the goal to yield", lambda: abs(float(values(status())["yielded_m"]) - 0.02) < 1e-4, node)
+    force[0] = None
+    wait("the sensor's silence to be noticed", lambda: status().message == "stale_wrench", node)
+    force[0] = 7.0
+    wait("arrival", lambda: status().message == "settled" and float(values(status())["yielded_m"]) < 1e-3, node)
+    assert answer("the begin of an identification", identify.call_async(SetBool.Request(data=True)), node).success
+    refused = answer("its end", identify.call_async(SetBool.Request(data=False)), node)
+    assert not refused.success and "turn it slowly" in refused.message, refused
+    force[0] = 69.0
+    wait("the stop", lambda: "contact: 62 N" in values(status()).get("reason", ""), node)
 
 
 if __name__ == "__main__":

@@ -209,7 +209,7 @@ class Servo:
 
         `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
         same clock as `now`. Without `stamp`, they were measured at `now`. `wrench` is the force [N] and the torque [N m] on the tool, six
-        numbers in the tool frame, that arrived since the previous cycle, or None.
+        numbers in the tool frame, that was measured then and arrived since the previous cycle, or None.
         """
 
     def stop(self) -> None:
