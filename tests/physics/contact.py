@@ -1,5 +1,6 @@
 """A tool on a wrist force sensor, and what it touches: a wall of springs, a hole, a hand. `contact.py` prints the tables of the page "Contact"."""
 
+import argparse
 from dataclasses import dataclass
 
 import mujoco
@@ -12,6 +13,7 @@ import dq_servo as dq
 BASES = {"ur5e": np.diag([-1.0, -1.0, 1.0]), "panda": np.eye(3)}
 LENGTH, RADIUS = 0.12, 0.01  # of the tool, a cylinder along z [m]
 SOFT = {"compliance": True}
+DELAYS = [0.0, 0.008, 0.02, 0.05]  # of joint states and wrench [s]
 LATE = 0.006  # what the cycle and the arm add to the delay [s], about
 
 
@@ -246,17 +248,44 @@ def theory(delay, stiffness=1e4, mass=5.0):
     return stiffness * np.sin(low * delay) / low
 
 
+def told(stiffness):
+    """The parameters for a wall of this stiffness [N/m], which may be pressed hard."""
+    return {"contact.stiffest": [stiffness, 100.0], "contact.largest_wrench": [1000.0, 100.0]}
+
+
+def figure(path, stiffness=1e4):
+    import matplotlib.pyplot as plt
+
+    plots, axes = plt.subplots(figsize=(8, 4))
+    for number, delay in enumerate(DELAYS):
+        plant, color = Equipped(delay=delay), f"C{number}"
+        soft = press(Touching(plant, SOFT | told(stiffness), stiffness), seconds=3.0)
+        hard = press(Touching(plant, {}, stiffness), seconds=3.0)
+        times = PERIOD * np.arange(len(soft))
+        axes.plot(times, soft, color=color, label=f"compliant, {1e3 * delay:.0f} ms late")
+        axes.plot(times[: len(hard)], hard, color=color, linestyle="--", linewidth=0.9)
+    axes.set(xlabel="time [s]", ylabel="force on the wall [N]", title="UR5e at 5 cm/s, 2 cm into a wall of 1e4 N/m (dashed: without compliance)")
+    axes.legend()
+    plots.tight_layout()
+    plots.savefig(path, dpi=110)
+
+
 def main():
-    print("| arm, wall [N/m] | delay [ms] | peak [N] | at rest [N] | bounces | peak without compliance [N] |\n|---|---:|---:|---:|---:|---:|")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--figure", help="a PNG to write in place of the tables; needs matplotlib")
+    if path := parser.parse_args().figure:
+        return figure(path)
+    print("| arm, wall [N/m] | peak [N], 0/8/20/50 ms late | at rest [N] | bounces | peak without compliance [N] |\n|---|---|---|---:|---|")
     for arm in ["ur5e", "panda"]:
         for stiffness in [1e3, 1e4, 1e5]:
-            for delay in [0.0, 0.008, 0.02, 0.05]:
-                plant = Equipped(arm=arm, delay=delay)
-                told = {"contact.stiffest": [stiffness, 100.0], "contact.largest_wrench": [1000.0, 100.0]}
-                soft, hard = press(Touching(plant, SOFT | told, stiffness)), press(Touching(plant, {}, stiffness), seconds=3.0)
-                print(f"| {arm}, {stiffness:.0e} | {1e3 * delay:.0f} | {max(soft):.0f} | {soft[-1]:.1f} | {bounces(soft)} | {max(hard):.0f} |", flush=True)
+            plants = [Equipped(arm=arm, delay=delay) for delay in DELAYS]
+            soft = [press(Touching(plant, SOFT | told(stiffness), stiffness)) for plant in plants]
+            hard = [press(Touching(plant, {}, stiffness), seconds=3.0) for plant in plants]
+            peaks, rigid = ("/".join(f"{max(forces):.0f}" for forces in some) for some in (soft, hard))
+            rest, left = "/".join(f"{forces[-1]:.1f}" for forces in soft), sum(bounces(forces) for forces in soft)
+            print(f"| {arm}, 1e{np.log10(stiffness):.0f} | {peaks} | {rest} | {left} | {rigid} |", flush=True)
     print("\n| delay [ms] | least damping that is stable [N s/m] | by theory |\n|---:|---:|---:|")
-    for delay in [0.0, 0.008, 0.02, 0.05]:
+    for delay in DELAYS:
         print(f"| {1e3 * delay:.0f} | {border(delay):.0f} | {theory(delay + LATE):.0f} |", flush=True)
 
 

@@ -13,8 +13,7 @@ class Contact(unittest.TestCase):
             for stiffness in [1e3, 1e4, 1e5]:
                 for delay in [0.0, 0.02]:
                     with self.subTest(arm, stiffness=stiffness, delay=delay):
-                        told = {"contact.stiffest": [stiffness, 100.0], "contact.largest_wrench": [1000.0, 100.0]}
-                        forces = c.press(c.Touching(c.Equipped(arm=arm, delay=delay), c.SOFT | told, stiffness))
+                        forces = c.press(c.Touching(c.Equipped(arm=arm, delay=delay), c.SOFT | c.told(stiffness), stiffness))
                         # The speed times the damping, then the spring; the wall stiffens while the tool is late.
                         late = delay + 0.02
                         bound = 1.0 + 500.0 * 0.02 + 0.05 * (max(300.0, 1.5 * stiffness * late) + stiffness * late)
