@@ -10,16 +10,16 @@ use serde::{Deserialize, Serialize};
 /// The time constant with which stiffness, damping and mass follow their parameters \[s\].
 const RAMP: f64 = 0.2;
 
-/// A stiffness `k` is ramped as `k / (k + HALF)`, so that 0 and infinity are as good as all others \[N m/rad, N/m\].
+/// A stiffness `k` is ramped as `k / (k + HALF)`, which is 0 for a free direction and 1 for a stiff one \[N m/rad, N/m\].
 const HALF: [f64; 2] = [50.0, 1000.0];
 
 /// The largest stiffness. An infinite one counts as this \[N/m, N m/rad\].
 const STIFF: f64 = 1e9;
 
-/// The least damping, relative to the critical one. Above 1, the two exponents of the solution are never equal.
+/// The least damping, relative to the critical damping. It exceeds 1, so that the two exponents of the solution are never equal.
 const OVERDAMPED: f64 = 1.001;
 
-/// Below this size, an offset that no longer yields has ended \[m, rad; m/s, rad/s\].
+/// An offset that returns to the identity ends when its distance, its angle and its rates are below this \[m, rad; m/s, rad/s\].
 const ENDED: f64 = 1e-7;
 
 /// The offset from the goal to the goal that has yielded. Its translation `p`, along the goal's axes, and its rotation vector `φ` are
@@ -97,9 +97,9 @@ impl Admittance {
         self.rates = Vector6::zeros();
     }
 
-    /// Moves the offset by one step of `dt` \[s\] under the `wrench` in the frame of the yielded goal, torque first \[N m, N\]. The tool follows `delay`
-    /// \[s\] later. Without `compliance` the offset returns to the identity. A change of `compliance` never moves the offset at
-    /// once.
+    /// Moves the offset by one step of `dt` \[s\] under the `wrench` in the frame of the yielded goal, torque first \[N m, N\]. The
+    /// tool follows `delay` \[s\] later. Without `compliance` the offset returns to the identity. A change of `compliance` makes no
+    /// jump of the offset.
     pub fn advance(&mut self, compliance: Option<&Compliance>, wrench: &Vector6<f64>, delay: f64, dt: f64) {
         let target = match (compliance, &self.dynamics) {
             (Some(compliance), _) => Dynamics::of(compliance, delay),

@@ -24,7 +24,7 @@ pub struct Compliance {
     /// virtual mass along, and inertia about, x, y, z of the tool \[kg, kg m²\]
     #[parameter(default = [5.0, 5.0, 5.0, 0.2, 0.2, 0.2], range = 1e-3..=1e3)]
     pub mass: [f64; 6],
-    /// wrench that the tool is to exert along and about its x, y, z; needs stiffness 0 there \[N, N m\]
+    /// wrench that the tool is to exert along and about its x, y, z, where the stiffness is 0 \[N, N m\]
     #[parameter(range = -1e4..=1e4)]
     pub force_goal: [f64; 6],
     /// stiffest contact that has to be stable: along, and about an axis \[N/m, N m/rad\]
@@ -37,7 +37,7 @@ pub struct Compliance {
     /// largest force and torque; beyond them the arm stops \[N, N m\]
     #[parameter(default = [50.0, 10.0], range = POSITIVE..=1e4)]
     pub largest_wrench: [f64; 2],
-    /// force and torque below which the goal does not yield \[N, N m\]
+    /// force and torque to which the goal does not yield; of a larger wrench, it yields to the rest \[N, N m\]
     #[parameter(default = [1.0, 0.1], range = 0.0..=1e3)]
     pub dead_band: [f64; 2],
     /// cutoff frequency of the wrench's low-pass \[Hz\]
