@@ -1,7 +1,9 @@
 //! Tests the encoded record of a cycle.
 
+use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
     Event, GoalMotion, GoalReading, JointGoalReading, JointOrder, JointReading, Sent, TwistReading,
+    WrenchReading,
 };
 use dq_params::Value;
 use dq_search::Found;
@@ -51,6 +53,16 @@ fn a_record_reads_back_bit_for_bit_and_a_truncated_one_is_rejected() {
             stamp: 5,
             sent: Sent { by: 3, ..goal.sent },
         }),
+        Event::Wrench(WrenchReading {
+            force: [f64::NAN, 0.1, 1e300],
+            torque: [0.3; 3],
+            frame_id: "sensor",
+            sensor: UnitDualQuaternion::identity(),
+            source: 7,
+            stamp_age: Some(Duration::from_micros(3)),
+        }),
+        Event::Tare,
+        Event::IdentifyLoad,
     ];
     let mut bytes = Vec::new();
     CycleRecord::begin(300, Duration::from_nanos(1 << 40), &mut bytes);
