@@ -39,7 +39,7 @@ impl ContactFault {
 
 /// The contact of one tool.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Contact {
+pub struct ContactState {
     /// The wrench at the tool.
     pub sensor: WrenchSensor,
     /// The offset by which the goal yields.
@@ -49,7 +49,7 @@ pub struct Contact {
     tolerated: Option<[f64; 2]>,
 }
 
-impl Contact {
+impl ContactState {
     /// Returns the publisher in use and another one, if two publishers send wrenches at `now`.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         self.sensor.sources.rivals(now)

@@ -14,7 +14,7 @@ mod wrench_sensor;
 
 pub use admittance::Admittance;
 pub use compliance::Compliance;
-pub use contact::{Contact, ContactFault};
+pub use contact::{ContactFault, ContactState};
 pub use load::{Identification, Load, TooFewDirections, stacked};
 pub use wrench_sensor::{WrenchReading, WrenchSensor};
 

@@ -17,6 +17,11 @@ fn goals_that_wait_for_their_frames_are_rejected_after_a_stop_or_a_jump_and_do_n
 }
 
 #[test]
+fn a_goal_yields_to_a_sensor_whose_frame_is_in_tf_and_replays_bit_for_bit() {
+    assert!(recorded_and_replayed(&["wrench"]).2 > 500);
+}
+
+#[test]
 fn a_goal_follows_its_frame_holds_when_the_frame_is_lost_and_replays_bit_for_bit() {
     assert!(recorded_and_replayed(&["followed_goal"]).2 > 500);
 }

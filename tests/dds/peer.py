@@ -441,6 +441,34 @@ def case_jog():
     del goals
 
 
+def case_wrench():
+    """The frame of a wrist sensor is in TF, 0.1 m along x of the tool, once the sensor publishes. A goal in force yields to it."""
+    statuses = reader("dq_servo/status", ros.DiagnosticStatus)
+    wrenches = writer("wrench", ros.WrenchStamped)
+    tf_static = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/tf_static", ros.TFMessage), qos=LATCHED)
+    for entity in wrenches, tf_static:
+        wait_matched(entity, 1)
+    set_parameter("dq_servo", "compliance", True)
+
+    def felt(key, force):
+        """The value in the status, while the sensor reports this force along z [N]."""
+        wrench = ros.Wrench(ros.Vector3(0.0, 0.0, force), ros.Vector3(0.0, 0.0, 0.0))
+        wrenches.write(ros.WrenchStamped(ros.Header(as_time(time.time_ns()), "ft_sensor"), wrench))
+        time.sleep(0.005)
+        status = last(statuses)
+        return status and float(values(status).get(key, "nan"))
+
+    for _ in range(50):
+        assert felt("contact_force_n", 20.0) in (None, 0.0), "TF does not have the frame yet"
+    mount = ros.Transform(ros.Vector3(0.1, 0.0, 0.0), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
+    tf_static.write(ros.TFMessage([ros.TransformStamped(ros.Header(ros.Time(), "tool0"), "ft_sensor", mount)]))
+    wait("the wrench at the tool", lambda: (torque := felt("contact_torque_nm", 11.0)) and abs(torque - 1.1) < 1e-6)
+    goals = send_goal()
+    wait("the goal to yield by 10 N at 500 N/m", lambda: (far := felt("yielded_m", 11.0)) and abs(far - 0.02) < 2e-4)
+    wait("the sensor's silence to be noticed", lambda: (s := last(statuses)) and s.message == "stale_wrench")
+    del goals, tf_static
+
+
 def case_speed_scaling():
     """The speed that the robot reports, in percent or as a fraction, is the speed_factor while it is reported. The arm arrives."""
     statuses = reader("dq_servo/status", ros.DiagnosticStatus)

@@ -68,6 +68,18 @@ class TwistStamped(IdlStruct, typename="geometry_msgs.msg.dds_.TwistStamped_"):
 
 
 @dataclass
+class Wrench(IdlStruct, typename="geometry_msgs.msg.dds_.Wrench_"):
+    force: Vector3 = make(Vector3)
+    torque: Vector3 = make(Vector3)
+
+
+@dataclass
+class WrenchStamped(IdlStruct, typename="geometry_msgs.msg.dds_.WrenchStamped_"):
+    header: Header = make(Header)
+    wrench: Wrench = make(Wrench)
+
+
+@dataclass
 class Clock(IdlStruct, typename="rosgraph_msgs.msg.dds_.Clock_"):
     clock: Time = make(Time)
 

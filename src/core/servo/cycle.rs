@@ -25,7 +25,7 @@ use super::{
     Revocation, STREAM, Settings, SettingsError, Status,
 };
 use dq_algebra::UnitDualQuaternion;
-use dq_contact::{Admittance, Contact};
+use dq_contact::{Admittance, ContactState};
 use dq_kinematics::control::LawMemory;
 use dq_link::Link;
 use dq_search::Escape;
@@ -61,7 +61,7 @@ pub struct Servo {
     escape: Escape,
     /// What the law remembers of the motion that it drives now.
     law_memory: LawMemory,
-    contact: Contact,
+    contact: ContactState,
     joint_line: JointLine,
     output: Output,
     /// The updates of motions that wait for [`Servo::take_motions`].
@@ -129,7 +129,7 @@ impl Servo {
             motions: MotionLog::default(),
             escape: Escape::new(arms.clone()),
             law_memory: LawMemory::default(),
-            contact: Contact::default(),
+            contact: ContactState::default(),
             output: Output::new(&arms, &settings, period.as_secs_f64()),
             joint_line: JointLine::new(arms.clone()),
             robot: Robot {

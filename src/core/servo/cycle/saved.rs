@@ -10,7 +10,7 @@ use crate::servo::explanation::Explanation;
 use crate::servo::mode::Mode;
 use crate::servo::stream::GoalStream;
 use dq_algebra::UnitDualQuaternion;
-use dq_contact::Contact;
+use dq_contact::ContactState;
 use dq_kinematics::control::LawMemory;
 use dq_link::Link;
 use dq_metrics::Figures;
@@ -23,7 +23,7 @@ use std::time::Duration;
 type Saved = (
     (u64, Option<Duration>, Clock, u64),
     (MotionRequests, Mode, Option<UnitDualQuaternion>, GoalStream, Explanation),
-    (EscapeDirection, LawMemory, Contact, Vec<f64>, SavedOutput, Link),
+    (EscapeDirection, LawMemory, ContactState, Vec<f64>, SavedOutput, Link),
     (f64, Figures, Vector6<f64>),
 );
 
