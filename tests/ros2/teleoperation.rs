@@ -62,7 +62,8 @@ fn teleoperate(device: &str, commands: &[&str]) {
             wait_for_line(child, "waiting_for_state -> holding");
         }
     }
-    let script = format!("{environment} && exec python3 {ROOT}/tests/ros2/teleoperation.py {device} {}", rounds());
+    let script =
+        format!("{environment} && exec python3 {ROOT}/tests/ros2/teleoperation.py {device} {}", rounds());
     let used = host.command("timeout").args(["200", "sh", "-c", &script]).output().unwrap();
     println!("{device}: {}", String::from_utf8_lossy(&used.stdout));
     assert_success(&used);
