@@ -305,7 +305,7 @@ class TheServo(unittest.TestCase):
         servo.set_goal(servo.pose)
         servo.cycle(20.0, end)
         self.assertLess(servo.status["position_error_m"], 1e-12)
-        for positions, words in [(START[:5], "5 numbers, expected 6"), (START + 99.0, "limits"), ({}, "no joint")]:
+        for positions, words in [(START[:5], "5 numbers, expected 6"), (START + 99.0, "limits"), ({}, "no positions")]:
             servo.set_joint_goal(positions)
             with self.assertRaisesRegex(ValueError, words):
                 servo.cycle(20.0, end)

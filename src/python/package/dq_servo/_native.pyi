@@ -12,6 +12,8 @@ Curve = tuple[Array, Array]
 Parameter = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
 Parameters = Mapping[str, Parameter | Array]
 
+__version__: str
+
 class Pose:
     """A pose as a unit dual quaternion: `a * b` and `a @ b` compose two poses, `-a` is the same pose with the other sign."""
 
