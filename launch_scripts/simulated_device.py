@@ -1,4 +1,4 @@
-"""A simulated device: someone presses its button and moves it along y for two seconds, then lets go for two seconds.
+"""A simulated device: for two seconds someone presses its button and moves it along y, there and back; then lets go for two seconds.
 
 It publishes as a joystick does (`cmd_vel`, ended by a twist of zero) and as a VR controller does (`hand_pose` always; `joy`: the button).
 """
@@ -16,13 +16,13 @@ twist, pose = TwistStamped(), PoseStamped()
 
 
 def tick(ticks=iter(range(10**9))):
-    was_pressed, pressed = twist.twist.linear.y != 0, next(ticks) // (2 * RATE) % 2 == 0
-    twist.twist.linear.y = pressed * SPEED
-    pose.pose.position.y += pressed * SPEED / RATE
+    second, before = next(ticks) / RATE % 4.0, twist.twist.linear.y
+    speed = twist.twist.linear.y = SPEED * (1.0 if second < 1.0 else -1.0 if second < 2.0 else 0.0)
+    pose.pose.position.y += speed / RATE
     twist.header.stamp = pose.header.stamp = node.get_clock().now().to_msg()
-    buttons.publish(Joy(buttons=[int(pressed)]))
+    buttons.publish(Joy(buttons=[int(speed != 0)]))
     poses.publish(pose)
-    if pressed or was_pressed:
+    if speed != 0 or before != 0:
         twists.publish(twist)
 
 

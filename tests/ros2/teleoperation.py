@@ -1,7 +1,9 @@
 """Devices for teleoperation. Usage: teleoperation.py DEVICE ROUNDS. Each round holds the device still, moves it and lets go, and checks
 that the arm moves and stops. Prints the latency from the device's first movement to the first joint command, and the time to stop."""
 
+import contextlib
 import json
+import math
 import os
 import socket
 import ssl
@@ -15,6 +17,7 @@ from statistics import median
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Float64MultiArray
@@ -22,6 +25,8 @@ from std_msgs.msg import Float64MultiArray
 RATE = 50
 # Joint speeds below this are those of an arm at rest [rad/s].
 REST = 1e-3
+# What the servo said.
+STATES = []
 
 
 class Stick:
@@ -32,7 +37,7 @@ class Stick:
 
     def hold(self, moved):
         if moved:
-            self.publish(0.05)
+            self.publish(math.copysign(0.05, moved))
 
     def publish(self, speed):
         twist = TwistStamped()
@@ -97,9 +102,15 @@ class Phone:
         while self.connection is None or not self.connection.connected:
             try:
                 self.connection = websocket.create_connection("wss://127.0.0.1:4443/ws", sslopt={"cert_reqs": ssl.CERT_NONE})
+                threading.Thread(target=self.answer_pings, daemon=True).start()
             except OSError:
                 time.sleep(0.1)
         self.send(False)
+
+    def answer_pings(self):
+        """Reads, as a browser does. Without an answer to its pings the server ends the connection after 40 s."""
+        with contextlib.suppress(Exception):
+            self.connection.recv()
 
     let_go = rest
 
@@ -130,7 +141,7 @@ class SpaceMouse:
 
     def hold(self, moved):
         if moved:
-            self.send(0.5)
+            self.send(math.copysign(0.5, moved))
 
     def let_go(self):
         self.send(0.0)
@@ -156,11 +167,19 @@ def listen():
     node, commands = rclpy.create_node("watcher"), []
     take = lambda message: commands.append((time.monotonic(), max(map(abs, message.data))))
     node.create_subscription(Float64MultiArray, "forward_velocity_controller/commands", take, 10)
+    node.create_subscription(DiagnosticStatus, "dq_servo/status", STATES.append, 10)
     return node, commands
 
 
 def speed(commands, begin, end):
     return max((speed for at, speed in commands if begin < at < end), default=0.0)
+
+
+def words():
+    """Yields the status of the servo."""
+    for status in STATES[-1:]:
+        yield "state", status.message
+        yield from ((pair.key, pair.value) for pair in status.values if "revoked" in pair.key or "reject" in pair.key)
 
 
 def use(device, rounds):
@@ -174,17 +193,17 @@ def use(device, rounds):
         play(0.7, lambda: device.hold(0.0))
         # The rounds differ from a whole number of cycles.
         time.sleep(0.0007 * (number % 3))
-        begin = time.monotonic()
-        device.hold(0.02)
+        begin, way = time.monotonic(), 1 if number % 2 == 0 else -1
+        device.hold(way * 0.02)
         time.sleep(1.0 / RATE)
-        play(0.5, lambda: device.hold(0.001))
+        play(0.5, lambda: device.hold(way * 0.001))
         end = time.monotonic()
         device.let_go()
         play(1.7, device.rest)
         now = time.monotonic()
-        assert speed(commands, begin - 0.3, begin) < REST, "the device is still, and the arm moves"
-        assert speed(commands, begin + 0.3, end) > 0.02, "the device moves, and the arm does not"
-        assert speed(commands, now - 0.2, now) < REST, "nobody holds the device, and the arm moves"
+        seen = [speed(commands, *span) for span in [(begin - 0.3, begin), (begin + 0.3, end), (now - 0.2, now)]]
+        why = f"round {number}, the arm while the device is still, moves, and rests: {seen} rad/s; {dict(words())}"
+        assert seen[0] < REST and seen[1] > 0.02 and seen[2] < REST, why
         latencies.append(next(at for at, speed in commands if at > begin and speed > REST) - begin)
         stops.append(max(at for at, speed in commands if speed > REST) - end)
         commands.clear()
@@ -204,9 +223,11 @@ def watch(presses):
     for (begin, is_pressed), (end, _) in zip(edges, edges[1:]):
         # The first press may come before discovery.
         if is_pressed and begin > edges[1][0]:
-            assert speed(commands, begin + 0.3, end) > 0.02, "the button is pressed, and the arm rests"
+            moving = speed(commands, begin + 0.3, end)
+            assert moving > 0.02, f"the button is pressed, and the arm moves with {moving} rad/s only; {dict(words())}"
         elif not is_pressed:
-            assert speed(commands, begin + 0.7, end) < REST, "the button is released, and the arm moves"
+            late = [(at - begin, speed) for at, speed in commands if begin + 0.7 < at < end and speed > REST]
+            assert not late, f"the button is released, and the arm moves: {len(late)} commands from {late[0]} to {late[-1]}"
 
 
 if __name__ == "__main__":

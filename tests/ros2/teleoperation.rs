@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const PAGE: &str = include_str!("../../src/guide/teleoperation.md");
 
-/// How often each device moves and lets go. The numbers of the page are for 20 rounds.
+/// How often each device moves and lets go. The medians of the page are of 20 rounds.
 fn rounds() -> String {
     std::env::var("TELEOPERATION_ROUNDS").unwrap_or_else(|_| "2".to_owned())
 }
