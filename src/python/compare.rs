@@ -5,6 +5,7 @@ use super::law::Law;
 use super::parameters::{store, values};
 use dq_kinematics::control::Controller;
 use dq_studies::compare::{self, Arm, ClosedLoop, PLANTS};
+use dq_wire::ServoKind;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,7 +17,7 @@ fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> Py
     let arm = Arm::named(Path::new(name)).map_err(wrong)?;
     let values = values(parameters)?;
     // Refuses unknown names in `parameters`. A parameter file may have them, because it may be for several nodes.
-    store(py, Some(name), values.clone())?;
+    store(py, ServoKind::OneArm, Some(name), values.clone())?;
     arm.with(values).map_err(wrong)
 }
 

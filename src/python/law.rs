@@ -1,138 +1,21 @@
-//! Control laws: those of the library by their names, and laws that are Python functions.
+//! Control laws with their gains.
 
-use super::arrays::{Numbers, Rows, array, exactly, rows, slice, table, wrong};
+use super::arrays::{Numbers, Rows, array, rows, slice, table, wrong};
 use super::chain::Chain;
+use super::own_law::{OwnLaw, Owned};
 use super::pose::Pose;
 use dq_algebra::{DualQuaternion, UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Law as ListedLaw;
-use dq_kinematics::control::{
-    AngularLinear, ControlLaw, Controller, MEMORY, Map, PoseError, ToolMotion, nearer_goal, six_numbers,
-};
-use nalgebra::{UnitQuaternion, Vector3};
+use dq_kinematics::control::{ControlLaw, Controller, Map, nearer_goal};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::PyTypeError;
-use pyo3::intern;
 use pyo3::prelude::*;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Returns the names of the library's laws.
 #[pyfunction]
 pub(super) fn laws() -> Vec<&'static str> {
     ListedLaw::names().to_vec()
-}
-
-/// A law that is a Python function, or a Python object with the methods of [`OwnLaw::remembering`].
-///
-/// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
-/// tool to the goal at gain 1.
-pub(super) struct OwnLaw {
-    law: Py<PyAny>,
-    /// How many numbers the law remembers; `None` for a function.
-    memory: Option<usize>,
-    map: Map,
-    /// The first exception that Python raised, until [`Self::check`] raises it in the caller.
-    raised: Mutex<Option<PyErr>>,
-}
-
-impl OwnLaw {
-    /// Creates the law of a function, or of an object with the method `twist`.
-    fn new(law: &Bound<'_, PyAny>, map: Map) -> PyResult<Self> {
-        let memory = match law.hasattr("twist")? {
-            true => Some(law.getattr("memory").map_or(Ok(0), |size| size.extract())?),
-            false if law.is_callable() => None,
-            false => {
-                let expected = "a law is one of laws(), a function of the goal's pose, or an object with the method twist";
-                return Err(PyTypeError::new_err(expected));
-            }
-        };
-        if let Some(size) = memory.filter(|size| *size > MEMORY) {
-            return Err(wrong(format!("the law's memory has {size} numbers, expected at most {MEMORY}")));
-        }
-        Ok(Self { law: law.clone().unbind(), memory, map, raised: Mutex::default() })
-    }
-
-    fn twist(&self, py: Python<'_>, error: &PoseError) -> PyResult<[f64; 6]> {
-        match self.memory {
-            None => exactly(&self.law.call1(py, (pose(error),))?.extract(py)?, "the law's twist"),
-            Some(size) => self.remembering(py, (error, [0.0; 6], 0.0), &mut vec![0.0; size]),
-        }
-    }
-
-    /// Calls `twist(goal, body_twist, dt, memory)`: the goal relative to the tool, the tool's twist by the last command, and the time
-    /// since then \[s\], all along the tool's axes. The method may write to the array `memory`.
-    fn remembering(
-        &self,
-        py: Python<'_>,
-        (error, body_twist, dt): (&PoseError, [f64; 6], f64),
-        memory: &mut [f64],
-    ) -> PyResult<[f64; 6]> {
-        let remembered = array(py, memory);
-        let arguments = (pose(error), array(py, &body_twist), dt, &remembered);
-        let twist: Numbers<'_> = self.law.call_method1(py, intern!(py, "twist"), arguments)?.extract(py)?;
-        memory.copy_from_slice(remembered.try_readonly().map_err(wrong)?.as_slice().map_err(wrong)?);
-        exactly(&twist, "the law's twist")
-    }
-
-    /// Returns the twist. If Python raises an exception, keeps the exception and returns NaN, so that no arm moves.
-    fn kept(&self, twist: impl FnOnce(Python<'_>) -> PyResult<[f64; 6]>) -> AngularLinear {
-        let [a, b, c, x, y, z] = Python::attach(twist).unwrap_or_else(|why| {
-            self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
-            [f64::NAN; 6]
-        });
-        (Vector3::new(a, b, c), Vector3::new(x, y, z))
-    }
-
-    /// Raises the first exception that the law has raised since the last check, if there was one.
-    pub fn check(&self) -> PyResult<()> {
-        let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
-        raised.map_or(Ok(()), Err)
-    }
-}
-
-impl ControlLaw for OwnLaw {
-    fn name(&self) -> &'static str {
-        "own"
-    }
-
-    fn map(&self) -> Map {
-        self.map
-    }
-
-    fn error(&self, error: &PoseError) -> AngularLinear {
-        self.kept(|py| self.twist(py, error))
-    }
-
-    fn memory_size(&self) -> usize {
-        self.memory.unwrap_or_default()
-    }
-
-    /// Calls the object's method `begin(body_twist, memory)`, if it has one. Otherwise the memory begins with zeros.
-    fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
-        memory.fill(0.0);
-        self.kept(|py| {
-            if self.law.bind(py).hasattr(intern!(py, "begin"))? {
-                let remembered = array(py, memory);
-                let arguments = (array(py, &six_numbers(&motion.twist)), &remembered);
-                self.law.call_method1(py, intern!(py, "begin"), arguments)?;
-                memory.copy_from_slice(remembered.try_readonly().map_err(wrong)?.as_slice().map_err(wrong)?);
-            }
-            Ok([0.0; 6])
-        });
-    }
-
-    fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
-        let ToolMotion { gains: [k_omega, k_v], error, twist, period } = motion;
-        let (angular, linear) =
-            self.kept(|py| self.remembering(py, (error, six_numbers(twist), *period), memory));
-        (*k_omega * angular, *k_v * linear)
-    }
-}
-
-/// Returns the goal relative to the tool.
-fn pose(error: &PoseError) -> Pose {
-    let rotation = UnitQuaternion::new_unchecked(error.rotation);
-    Pose(UnitDualQuaternion::from_parts(rotation, error.translation))
 }
 
 /// A control law with its gains: one of `laws()`, or your own function or object.
@@ -143,7 +26,7 @@ fn pose(error: &PoseError) -> Pose {
 #[derive(Clone)]
 pub(super) struct Law {
     pub controller: Controller,
-    pub own: Option<&'static OwnLaw>,
+    pub own: Option<Arc<Owned>>,
 }
 
 /// The arguments of [`Law`]: the law, its gains and its aim; for the user's own law, also the map to joint velocities.
@@ -168,10 +51,8 @@ impl Law {
                 return Err(wrong(format!("{name} has its own map: map is for your own laws only")));
             }
             (Err(_), map) => {
-                let own = OwnLaw::new(law, map.unwrap_or(Map::DampedInverse))?;
-                // The law is never freed, like the laws of the table, so that nobody can drop a law that is in use.
-                let own: &'static OwnLaw = Box::leak(Box::new(own));
-                (ListedLaw::unlisted(own), Some(own))
+                let own = Owned::new(OwnLaw::new(law, map.unwrap_or(Map::DampedInverse))?);
+                (ListedLaw::unlisted(own.law()), Some(Arc::new(own)))
             }
         };
         let mut controller = Controller { aim: aim.parse().map_err(wrong)?, ..Controller::default() };
@@ -274,10 +155,10 @@ impl Law {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, LawArguments)> {
         let (py, Self { controller, own }) = (slf.py(), slf.get());
         let law = match own {
-            Some(own) => own.law.clone_ref(py),
+            Some(own) => own.law().object(py)?,
             None => slf.get().name().into_pyobject(py)?.into_any().unbind(),
         };
-        let map = own.map(|own| own.map.name());
+        let map = own.as_ref().map(|own| own.law().map().name());
         Ok((slf.get_type().getattr("_of")?, (law, slf.get().gains(), controller.aim.name(), map)))
     }
 
@@ -299,6 +180,6 @@ impl Law {
 
     /// Raises the exception that a Python law raised in a call, if there was one.
     pub fn check(&self) -> PyResult<()> {
-        self.own.map_or(Ok(()), OwnLaw::check)
+        self.own.as_ref().map_or(Ok(()), |own| own.law().check())
     }
 }

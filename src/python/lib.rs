@@ -8,11 +8,14 @@ mod algebra;
 mod arrays;
 mod chain;
 mod compare;
+mod joints;
 mod law;
+mod own_law;
 mod parameters;
 mod pose;
 mod runs;
 mod servo;
+mod time;
 
 use pyo3::prelude::*;
 

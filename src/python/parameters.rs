@@ -2,13 +2,11 @@
 
 use super::arrays::wrong;
 use super::law::Law;
-use dq_config::{NodeParameters, ServoParameters, SetupError, arm_file};
+use dq_config::{DualParameters, NodeParameters, ServoParameters, SetupError, arm_file};
 use dq_params::{ParameterError, ParameterOverride, ParameterStore, Value, parameters_for};
+use dq_wire::ServoKind;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-
-/// The ROS name of the servo node, under which a parameter file has its parameters.
-const NODE: &str = "/dq_servo";
 
 /// The value of a parameter from Python. The first variant that matches counts: `True` becomes a bool, not an integer, and `1` becomes
 /// an integer, not a double.
@@ -70,9 +68,12 @@ pub(super) fn values(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String,
 /// Returns the parameter store of a servo for `arm`, a built-in arm or a parameter file, with the additional `values`.
 pub(super) fn store(
     py: Python<'_>,
+    kind: ServoKind,
     arm: Option<&str>,
     values: Vec<(String, Value)>,
 ) -> PyResult<ParameterStore> {
+    // A parameter file has the node's parameters under its ROS name.
+    let node = format!("/{}", kind.node_name());
     let of = |values: Vec<(String, Value)>, source: &str, by_name| {
         let source = source.to_owned();
         values.into_iter().map(move |(name, value)| ParameterOverride {
@@ -83,29 +84,37 @@ pub(super) fn store(
         })
     };
     let mut given: Vec<_> = match arm {
-        Some(arm) => of(of_arm(arm)?, arm, false).collect(),
+        Some(arm) => of(of_arm(&node, arm)?, arm, false).collect(),
         None => Vec::new(),
     };
+    let names: Vec<_> = values.iter().map(|(name, _)| name.clone()).collect();
     given.extend(of(values, "parameters", true));
-    let (store, warnings) = ServoParameters::start(NODE, given).map_err(wrong)?;
+    let started = match kind {
+        ServoKind::OneArm => ServoParameters::start(&node, given),
+        ServoKind::TwoArms => DualParameters::start(&node, given),
+    };
+    let (store, warnings) = started.map_err(wrong)?;
+    if let Some(name) = names.iter().find(|name| store.get(name).is_none()) {
+        return Err(wrong(format!("{node} has no parameter {name:?}: it is another node's")));
+    }
     for warning in warnings {
         warn(py, &warning)?;
     }
     Ok(store)
 }
 
-fn of_arm(arm: &str) -> PyResult<Vec<(String, Value)>> {
+fn of_arm(node: &str, arm: &str) -> PyResult<Vec<(String, Value)>> {
     let text = match (arm_file(arm), std::fs::read_to_string(arm)) {
         (Some((_, text)), _) => text.to_owned(),
         (None, Ok(text)) => text,
         (None, Err(_)) => return Err(wrong(SetupError::UnknownArm(arm.to_owned()))),
     };
-    parameters_for(&text, arm, NODE).map_err(wrong)
+    parameters_for(&text, arm, node).map_err(wrong)
 }
 
 /// Returns the typed parameters. Warns about keep-outs that are not checked.
-pub(super) fn typed(py: Python<'_>, store: &ParameterStore) -> PyResult<ServoParameters> {
-    let parameters = ServoParameters::from_store(store).map_err(wrong)?;
+pub(super) fn typed(py: Python<'_>, kind: ServoKind, store: &ParameterStore) -> PyResult<ServoParameters> {
+    let parameters = kind.from_store(store).map_err(wrong)?;
     if parameters.idle_keep_outs > 0 {
         warn(py, "constraints is false: the arm ignores keep_out and keep_in")?;
     }

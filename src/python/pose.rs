@@ -154,6 +154,12 @@ impl Pose {
 }
 
 impl Pose {
+    /// Returns x y z \[m\], then qx qy qz qw, as a parameter has them.
+    pub fn numbers(&self) -> Vec<f64> {
+        let (at, turn) = (self.0.translation(), self.0.real());
+        vec![at.x, at.y, at.z, turn.i, turn.j, turn.k, turn.w]
+    }
+
     /// Returns the pose if all its numbers are finite.
     fn checked(pose: UnitDualQuaternion) -> PyResult<Self> {
         match pose.to_vector8().iter().find(|number| !number.is_finite()) {

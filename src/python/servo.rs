@@ -1,17 +1,19 @@
 //! The servo in fake time.
 
 use super::arrays::{Numbers, array, slice, wrong};
+use super::joints::{JointGoal, Joints};
 use super::law::Law;
 use super::parameters::{PythonValue, changed, of_law, store, typed, values};
 use super::pose::Pose;
 use super::runs::python;
+use super::time::{age, duration};
 use dq_algebra::UnitDualQuaternion;
-use dq_config::ServoParameters;
 use dq_core::servo::{
-    self, Contended, Event, JointReading, Load, Rejection, Settings, WrenchReading, joint_name,
+    self, Contended, Event, JointGoalReading, JointReading, Load, Rejection, Sent, Settings, WrenchReading,
+    joint_name,
 };
 use dq_kinematics::control::Controller;
-use dq_params::ParameterStore;
+use dq_params::{ParameterStore, Value};
 use dq_search::{STARTS, Search};
 use dq_wire::{ServoKind, ServoReport};
 use numpy::PyArray1;
@@ -21,31 +23,20 @@ use std::time::Duration;
 
 /// The servo with all safety rules, in fake time that you provide.
 ///
-/// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`.
+/// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
+/// servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.
 #[pyclass(module = "dq_servo")]
 pub(super) struct Servo {
     servo: servo::Servo,
     store: ParameterStore,
+    kind: ServoKind,
     /// The law in force if it is a Python function. No parameter can name such a law.
     own: Option<Law>,
     search: Box<Search>,
-    joints: Vec<String>,
+    joints: Joints,
+    /// The joint goal that takes effect in the next cycle.
+    joint_goal: Option<Vec<Option<f64>>>,
     now: Duration,
-}
-
-/// Converts `seconds` to a duration. Returns an error if they are negative or not finite.
-fn duration(seconds: f64, what: &str) -> PyResult<Duration> {
-    let wrong = |why| wrong(format!("{what} is {seconds} s: {why}"));
-    Duration::try_from_secs_f64(seconds).map_err(wrong)
-}
-
-/// Returns how old a joint state with this stamp is. A stamp that is ahead of `now` by a rounding error counts as `now`.
-fn age(now: f64, stamp: f64) -> PyResult<Duration> {
-    let wrong = || {
-        wrong(format!("stamp is {stamp} s and now is {now} s: a joint state is not measured in the future"))
-    };
-    let age = if (now - stamp).abs() < 1e-6 { 0.0 } else { now - stamp };
-    Duration::try_from_secs_f64(age).map_err(|_| wrong())
 }
 
 /// Returns the reading of a wrench in the tool frame, measured `age` ago.
@@ -57,35 +48,46 @@ fn in_tool([x, y, z, torque @ ..]: [f64; 6], age: Duration) -> WrenchReading<'st
 #[pymethods]
 impl Servo {
     #[new]
-    #[pyo3(signature = (arm = None, parameters = None, *, law = None))]
+    #[pyo3(signature = (arm = None, parameters = None, *, law = None, right_base = None))]
     fn new(
         py: Python<'_>,
         arm: Option<&str>,
         parameters: Option<&Bound<'_, PyDict>>,
         law: Option<Law>,
+        right_base: Option<&Pose>,
     ) -> PyResult<Self> {
+        let kind = right_base.map_or(ServoKind::OneArm, |_| ServoKind::TwoArms);
         let mut given = values(parameters)?;
+        given.extend(right_base.map(|base| ("right_base".to_owned(), Value::DoubleArray(base.numbers()))));
         let (listed, own): (Vec<_>, Vec<_>) = law.into_iter().partition(|law| law.own.is_none());
         given.extend(listed.iter().flat_map(of_law));
-        let (store, own) = (store(py, arm, given)?, own.into_iter().next());
-        let parameters = typed(py, &store)?.with(|settings| take_place(own.as_ref(), settings));
-        let ServoParameters { joints, arms, .. } = &parameters;
-        let joints = joints.iter().flat_map(|arm| arm.names().to_vec()).collect();
-        let search = Box::new(Search::new(arms.clone()));
+        let (store, own) = (store(py, kind, arm, given)?, own.into_iter().next());
+        let parameters = typed(py, kind, &store)?.with(|settings| take_place(own.as_ref(), settings));
+        let joints = Joints::new(kind, parameters.joints.clone());
+        let search = Box::new(Search::new(parameters.arms.clone()));
         let servo = parameters.build().map_err(wrong)?;
-        Ok(Self { servo, store, own, search, joints, now: Duration::ZERO })
+        Ok(Self { servo, store, kind, own, search, joints, joint_goal: None, now: Duration::ZERO })
     }
 
     /// Sets the goal, which takes effect in the next cycle. Set a moving goal before each cycle.
     fn set_goal(&mut self, base_from_goal: &Pose) {
+        self.joint_goal = None;
         self.servo.set_goal(base_from_goal.0);
+    }
+
+    /// Sets a joint goal, which takes effect in the next cycle: positions by the names of `joints`, or of all joints. A joint that is
+    /// not named keeps its joint goal, or stays.
+    fn set_joint_goal(&mut self, positions: JointGoal<'_>) -> PyResult<()> {
+        self.joint_goal = Some(self.joints.positions(&positions)?);
+        Ok(())
     }
 
     /// Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
     ///
     /// `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
-    /// same clock as `now`. Without `stamp`, they were measured at `now`. `wrench` is the force [N] and the torque [N m] on the tool, six
-    /// numbers in the tool frame, that was measured then and arrived since the previous cycle, or None.
+    /// same clock as `now`. Without `stamp`, they were measured at `now`. Two arms have their joints one after the other.
+    /// `wrench` is the force [N] and the torque [N m] on the tool, six numbers in the tool frame, that was measured then and arrived since the
+    /// previous cycle, or None.
     #[pyo3(signature = (now, positions = None, velocities = None, *, stamp = None, wrench = None))]
     fn cycle<'py>(
         &mut self,
@@ -108,7 +110,9 @@ impl Servo {
         }
         let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, Some(age)));
         let felt = wrench.map_or(Ok(true), |wrench| self.servo.take_wrench(&in_tool(wrench, age), self.now));
-        let goal = self.servo.take_set_goal(self.now);
+        let goal = self.servo.take_set_goal(self.now).and(self.take_joint_goal());
+        // This keeps the GIL. Releasing it for these microseconds was tried: two threads with a servo each went no faster, and beside a busy
+        // Python thread a cycle waited for the GIL, up to 24 ms instead of 0.05 ms.
         self.servo.step(self.now);
         state.and(felt.map(drop)).and(goal).map_err(wrong)?;
         self.own.as_ref().map_or(Ok(()), Law::check)?;
@@ -164,7 +168,7 @@ impl Servo {
             None => self.own.take_if(|_| changes.iter().all(|(name, _)| name != "controller")),
         };
         let store = changed(&self.store, &changes)?;
-        let mut settings = typed(py, &store)?.settings;
+        let mut settings = typed(py, self.kind, &store)?.settings;
         take_place(own.as_ref(), &mut settings);
         self.servo.configure(settings).map_err(wrong)?;
         (self.store, self.own) = (store, own);
@@ -184,7 +188,7 @@ impl Servo {
     /// The names of the joints.
     #[getter]
     fn joints(&self) -> Vec<String> {
-        self.joints.clone()
+        self.joints.names.clone()
     }
 
     /// The state, such as tracking or settled.
@@ -217,7 +221,7 @@ impl Servo {
     }
 
     fn __repr__(&self) -> String {
-        format!("<dq_servo.Servo of {} joints: {}>", self.joints.len(), self.state())
+        format!("<dq_servo.Servo of {} joints: {}>", self.joints.names.len(), self.state())
     }
 }
 
@@ -237,26 +241,37 @@ impl Servo {
         velocities: &[f64],
         stamp_age: Option<Duration>,
     ) -> Result<(), Rejection> {
-        let expected = self.joints.len();
+        let expected = self.joints.names.len();
         let lengths = [Some(positions.len()), (!velocities.is_empty()).then_some(velocities.len())];
         if let Some(got) = lengths.into_iter().flatten().find(|got| *got != expected) {
             return Err(Rejection::OnePerJoint { expected, got });
         }
-        let reading = JointReading { names: &self.joints, positions, velocities, source: 0, stamp_age };
-        self.servo.take_joint_state(0, &reading, self.now).map(drop)
+        for (arm, (names, range)) in self.joints.ranges().enumerate() {
+            let velocities = velocities.get(range.clone()).unwrap_or_default();
+            let reading =
+                JointReading { names, positions: &positions[range], velocities, source: 0, stamp_age };
+            self.servo.take_joint_state(arm, &reading, self.now)?;
+        }
+        Ok(())
+    }
+
+    fn take_joint_goal(&mut self) -> Result<(), Rejection> {
+        let Some(positions) = self.joint_goal.take() else { return Ok(()) };
+        let goal = JointGoalReading { positions: &positions, stamp: 0, sent: Sent::default() };
+        self.servo.take_joint_goal(&goal, self.now)
     }
 
     fn report(&self) -> ServoReport<'_> {
         let (servo, status) = (&self.servo, self.servo.status());
         let (name, Settings { controller, scene, .. }) =
-            (|number| joint_name(number, &self.joints), servo.settings());
+            (|number| joint_name(number, &self.joints.names), servo.settings());
         let publisher = |_: Contended, number| format!("publisher {number}");
         let reason = status.reason.map(|why| why.explain(name, publisher, |_| "the commands".to_owned()));
-        let at_limit = status.joint_at_limit.and_then(|joint| self.joints.get(joint.checked_sub(1)?));
+        let at_limit = status.joint_at_limit.and_then(|joint| self.joints.names.get(joint.checked_sub(1)?));
         ServoReport {
-            law: ServoKind::OneArm.law(controller),
+            law: self.kind.law(controller),
             joint_at_limit: at_limit.map(String::as_str),
-            reason: reason.or_else(|| status.explain(&self.joints)),
+            reason: reason.or_else(|| status.explain(&self.joints.names)),
             keep_outs: scene.as_ref().map(|scene| scene.keep_outs().len() + scene.keep_ins().len()),
             smallest_singular_value: servo.smallest_singular_value(),
             now: self.now,

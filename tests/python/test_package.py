@@ -5,6 +5,7 @@ import copy
 import inspect
 import pickle
 import unittest
+import weakref
 from pathlib import Path
 from unittest import mock
 
@@ -264,8 +265,9 @@ class Laws(unittest.TestCase):
 
 
 def drive(servo, goal, theta, seconds=20.0):
+    """Moves to a goal: a pose, or joint positions. Returns the joint positions at which the arm settles."""
     theta, theta_dot = np.array(theta, dtype=float), np.zeros(len(theta))
-    servo.set_goal(goal)
+    servo.set_goal(goal) if isinstance(goal, dq.Pose) else servo.set_joint_goal(goal)
     for cycle in range(1, int(seconds / 0.002)):
         output = servo.cycle(0.002 * cycle, theta, theta_dot)
         if output is not None:
@@ -288,6 +290,75 @@ class TheServo(unittest.TestCase):
             self.assertLess(servo.status["position_error_m"], 1e-3)
             self.assertLess(np.linalg.norm(servo.pose.translation - goal.translation), 1.1e-3)
         np.testing.assert_allclose(ends[1], ends[0], atol=1e-6)
+
+    def test_an_arm_goes_to_joint_goals_of_all_joints_or_by_name(self):
+        end = drive(dq.Servo("ur5e"), START + 0.3, START)
+        np.testing.assert_allclose(end, START + 0.3, atol=5e-3)
+        servo = dq.Servo("ur5e")
+        servo.cycle(0.001, START, np.zeros(6))
+        end = drive(servo, {servo.joints[5]: 0.5}, START)
+        np.testing.assert_allclose(end, [*START[:5], 0.5], atol=5e-3)
+        with self.assertRaisesRegex(ValueError, '"elbow" is not a joint, expected shoulder_pan_joint'):
+            servo.set_joint_goal({"elbow": 1.0})
+        # The goal that is set last counts.
+        servo.set_joint_goal(START + 0.3)
+        servo.set_goal(servo.pose)
+        servo.cycle(20.0, end)
+        self.assertLess(servo.status["position_error_m"], 1e-12)
+        for positions, words in [(START[:5], "5 numbers, expected 6"), (START + 99.0, "limits"), ({}, "no positions")]:
+            servo.set_joint_goal(positions)
+            with self.assertRaisesRegex(ValueError, words):
+                servo.cycle(20.0, end)
+
+    def test_two_arms_move_relative_to_each_other(self):
+        side_by_side, start = dq.Pose([0, 0.8, 0], [1, 0, 0, 0]), np.concatenate([START, START])
+        for law, primitive in [(None, "relative_pose"), (None, "relative_position"), (dq.Law(lambda goal: goal.screw_log(), 2.0), None)]:
+            parameters = {"primitive": primitive} if primitive else {}
+            servo = dq.Servo("ur5e", parameters, law=law, right_base=side_by_side)
+            self.assertEqual(len(servo.joints), 12)
+            self.assertEqual([name[:5] for name in servo.joints[5:7]], ["left/", "right"])
+            servo.cycle(0.001, start, np.zeros(12))
+            apart = servo.pose.translation
+            theta = drive(servo, dq.Pose(0.75 * apart, servo.pose.rotation), start)
+            chain = dq.Chain.builtin("ur5e")
+            left, right = chain.forward_kinematics(theta[:6]), side_by_side @ chain.forward_kinematics(theta[6:])
+            np.testing.assert_allclose((left.inverse() @ right).translation, 0.75 * apart, atol=2e-3)
+            self.assertFalse(np.allclose(theta[:6], START) or np.allclose(theta[6:], START), "both arms move")
+        self.assertEqual(drive(servo, {"right/wrist_3_joint": 0.2}, theta).shape, (12,))
+        for call, words in [
+            (lambda: servo.cycle(90.0, theta[:6]), "6 numbers, expected 12"),
+            (lambda: dq.Servo("ur5e", law=dq.Law("logc"), right_base=side_by_side), "logc"),
+            (lambda: dq.Servo("ur5e", {"task": "position"}, right_base=side_by_side), "dual_servo has no parameter .task"),
+            (lambda: dq.Servo("ur5e", {"primitive": "relative_pose"}), "dq_servo has no parameter .primitive"),
+        ]:
+            with self.assertRaisesRegex(ValueError, words):
+                call()
+
+    def test_an_own_law_is_freed_with_its_last_user(self):
+        class Big(Integral):
+            def __init__(self):
+                self.data = bytearray(1_000_000)
+
+        def resident():
+            return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+        for _ in range(20):
+            dq.Law(Big())
+        before = resident()
+        for _ in range(200):
+            dq.Law(Big(), 2.0)
+        self.assertLess(resident() - before, 20e6)
+        big = Big()
+        alive, servo = weakref.ref(big), dq.Servo("ur5e", law=dq.Law(big))
+        del big
+        servo.set_goal(dq.Chain.builtin("ur5e").forward_kinematics(START + 0.2))
+        for cycle in range(1, 100):
+            servo.cycle(0.002 * cycle, START)
+        self.assertIsNotNone(alive(), "the servo uses it")
+        self.assertEqual(servo.status["law"], "own")
+        servo.configure({"controller": "logc"})
+        self.assertIsNone(alive())
+        servo.cycle(0.2, START)
 
     def test_every_parameter_is_taken_by_its_ros_name(self):
         planar = {

@@ -4,6 +4,7 @@
 mod host;
 #[path = "../dds/routed.rs"]
 mod routed;
+mod teleoperation;
 
 use host::{FAR, FAST, Host, assert_success, wait_for_line};
 use routed::Routed;

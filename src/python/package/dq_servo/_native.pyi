@@ -12,6 +12,8 @@ Curve = tuple[Array, Array]
 Parameter = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
 Parameters = Mapping[str, Parameter | Array]
 
+__version__: str
+
 class Pose:
     """A pose as a unit dual quaternion: `a * b` and `a @ b` compose two poses, `-a` is the same pose with the other sign."""
 
@@ -177,7 +179,8 @@ class Law:
 class Servo:
     """The servo with all safety rules, in fake time that you provide.
 
-    Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`.
+    Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
+    servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.
     """
 
     def __init__(
@@ -186,15 +189,21 @@ class Servo:
         parameters: Parameters | None = None,
         *,
         law: Law | None = None,
+        right_base: Pose | None = None,
     ) -> None:
         """Creates a servo for `arm`, one of `arms()` or a parameter file. Without `arm`, the parameters describe the arm by DH rows or
         `robot_description`.
 
         One of `laws()` sets the parameters of that law. Your own function stays in force until another law, or `controller`, is set.
+        `right_base` is the pose of a second such arm's base in the first one's base frame.
         """
 
     def set_goal(self, base_from_goal: Pose) -> None:
         """Sets the goal, which takes effect in the next cycle. Set a moving goal before each cycle."""
+
+    def set_joint_goal(self, positions: ArrayLike | Mapping[str, float]) -> None:
+        """Sets a joint goal, which takes effect in the next cycle: positions by the names of `joints`, or of all joints. A joint that is
+        not named keeps its joint goal, or stays."""
 
     def cycle(
         self,
@@ -208,8 +217,9 @@ class Servo:
         """Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
 
         `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
-        same clock as `now`. Without `stamp`, they were measured at `now`. `wrench` is the force [N] and the torque [N m] on the tool, six
-        numbers in the tool frame, that was measured then and arrived since the previous cycle, or None.
+        same clock as `now`. Without `stamp`, they were measured at `now`. Two arms have their joints one after the other.
+        `wrench` is the force [N] and the torque [N m] on the tool, six numbers in the tool frame, that was measured then and arrived since the
+        previous cycle, or None.
         """
 
     def stop(self) -> None:

@@ -1,0 +1,159 @@
+//! Laws that are Python functions or objects.
+
+use super::arrays::{Numbers, array, exactly, wrong};
+use super::pose::Pose;
+use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::control::{AngularLinear, ControlLaw, MEMORY, Map, PoseError, ToolMotion, six_numbers};
+use nalgebra::{UnitQuaternion, Vector3};
+use numpy::PyArrayMethods;
+use pyo3::exceptions::PyTypeError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
+/// A law that is a Python function, or a Python object with the methods of [`OwnLaw::remembering`].
+///
+/// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
+/// tool to the goal at gain 1.
+///
+/// Controllers refer to laws that live as long as the program. So this part, some 100 bytes, is never freed; the object is, by [`Owned`].
+pub(super) struct OwnLaw {
+    /// The function or object; `None` once its last user is gone.
+    law: Mutex<Option<Py<PyAny>>>,
+    /// How many numbers the law remembers; `None` for a function.
+    memory: Option<usize>,
+    map: Map,
+    /// The first exception that Python raised, until [`Self::check`] raises it in the caller.
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl OwnLaw {
+    /// Creates the law of a function, or of an object with the method `twist`.
+    pub fn new(law: &Bound<'_, PyAny>, map: Map) -> PyResult<Self> {
+        let memory = match law.hasattr("twist")? {
+            true => Some(law.getattr("memory").map_or(Ok(0), |size| size.extract())?),
+            false if law.is_callable() => None,
+            false => {
+                let expected = "a law is one of laws(), a function of the goal's pose, or an object with the method twist";
+                return Err(PyTypeError::new_err(expected));
+            }
+        };
+        if let Some(size) = memory.filter(|size| *size > MEMORY) {
+            return Err(wrong(format!("the law's memory has {size} numbers, expected at most {MEMORY}")));
+        }
+        let law = Mutex::new(Some(law.clone().unbind()));
+        Ok(Self { law, memory, map, raised: Mutex::default() })
+    }
+
+    /// Returns the function or object.
+    pub fn object(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let law = self.law.lock().unwrap_or_else(PoisonError::into_inner);
+        law.as_ref().map(|law| law.clone_ref(py)).ok_or_else(|| wrong("the law has been freed"))
+    }
+
+    fn twist(&self, py: Python<'_>, error: &PoseError) -> PyResult<[f64; 6]> {
+        match self.memory {
+            None => exactly(&self.object(py)?.call1(py, (pose(error),))?.extract(py)?, "the law's twist"),
+            Some(size) => self.remembering(py, (error, [0.0; 6], 0.0), &mut vec![0.0; size]),
+        }
+    }
+
+    /// Calls `twist(goal, body_twist, dt, memory)`: the goal relative to the tool, the tool's twist by the last command, and the time
+    /// since then \[s\], all along the tool's axes. The method may write to the array `memory`.
+    fn remembering(
+        &self,
+        py: Python<'_>,
+        (error, body_twist, dt): (&PoseError, [f64; 6], f64),
+        memory: &mut [f64],
+    ) -> PyResult<[f64; 6]> {
+        let remembered = array(py, memory);
+        let arguments = (pose(error), array(py, &body_twist), dt, &remembered);
+        let law = self.object(py)?;
+        let twist: Numbers<'_> = law.call_method1(py, intern!(py, "twist"), arguments)?.extract(py)?;
+        memory.copy_from_slice(remembered.try_readonly().map_err(wrong)?.as_slice().map_err(wrong)?);
+        exactly(&twist, "the law's twist")
+    }
+
+    /// Returns the twist. If Python raises an exception, keeps the exception and returns NaN, so that no arm moves.
+    fn kept(&self, twist: impl FnOnce(Python<'_>) -> PyResult<[f64; 6]>) -> AngularLinear {
+        let [a, b, c, x, y, z] = Python::attach(twist).unwrap_or_else(|why| {
+            self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
+            [f64::NAN; 6]
+        });
+        (Vector3::new(a, b, c), Vector3::new(x, y, z))
+    }
+
+    /// Raises the first exception that the law has raised since the last check, if there was one.
+    pub fn check(&self) -> PyResult<()> {
+        let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
+        raised.map_or(Ok(()), Err)
+    }
+}
+
+/// An own law in use. Frees the Python object when the last user drops it.
+pub(super) struct Owned(&'static OwnLaw);
+
+impl Owned {
+    pub fn new(law: OwnLaw) -> Self {
+        Self(Box::leak(Box::new(law)))
+    }
+
+    /// Returns the law as controllers refer to it.
+    pub fn law(&self) -> &'static OwnLaw {
+        self.0
+    }
+}
+
+impl Drop for Owned {
+    fn drop(&mut self) {
+        let law = self.0.law.lock().unwrap_or_else(PoisonError::into_inner).take();
+        // What Python does as it frees the object must not find the lock held.
+        drop(law);
+    }
+}
+
+impl ControlLaw for OwnLaw {
+    fn name(&self) -> &'static str {
+        "own"
+    }
+
+    fn map(&self) -> Map {
+        self.map
+    }
+
+    fn error(&self, error: &PoseError) -> AngularLinear {
+        self.kept(|py| self.twist(py, error))
+    }
+
+    fn memory_size(&self) -> usize {
+        self.memory.unwrap_or_default()
+    }
+
+    /// Calls the object's method `begin(body_twist, memory)`, if it has one. Otherwise the memory begins with zeros.
+    fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
+        memory.fill(0.0);
+        self.kept(|py| {
+            let law = self.object(py)?;
+            if law.bind(py).hasattr(intern!(py, "begin"))? {
+                let remembered = array(py, memory);
+                let arguments = (array(py, &six_numbers(&motion.twist)), &remembered);
+                law.call_method1(py, intern!(py, "begin"), arguments)?;
+                memory.copy_from_slice(remembered.try_readonly().map_err(wrong)?.as_slice().map_err(wrong)?);
+            }
+            Ok([0.0; 6])
+        });
+    }
+
+    fn twist_with_memory(&self, motion: &ToolMotion, memory: &mut [f64]) -> AngularLinear {
+        let ToolMotion { gains: [k_omega, k_v], error, twist, period } = motion;
+        let (angular, linear) =
+            self.kept(|py| self.remembering(py, (error, six_numbers(twist), *period), memory));
+        (*k_omega * angular, *k_v * linear)
+    }
+}
+
+/// Returns the goal relative to the tool.
+fn pose(error: &PoseError) -> Pose {
+    let rotation = UnitQuaternion::new_unchecked(error.rotation);
+    Pose(UnitDualQuaternion::from_parts(rotation, error.translation))
+}
