@@ -452,7 +452,8 @@ def case_wrench():
 
     def felt(key, force):
         """The value in the status, while the sensor reports this force along z [N]."""
-        wrench = ros.Wrench(ros.Vector3(0.0, 0.0, force), ros.Vector3(0.0, 0.0, 0.0))
+        # A sensor that repeats one number while the tool moves would count as frozen.
+        wrench = ros.Wrench(ros.Vector3(0.0, 0.0, force + 1e-7 * (time.time() % 1.0)), ros.Vector3(0.0, 0.0, 0.0))
         wrenches.write(ros.WrenchStamped(ros.Header(as_time(time.time_ns()), "ft_sensor"), wrench))
         time.sleep(0.005)
         status = last(statuses)

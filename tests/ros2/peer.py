@@ -220,7 +220,8 @@ def case_wrench():
         if force[0] is not None:
             message = WrenchStamped()
             message.header.frame_id, message.header.stamp = "tool0", node.get_clock().now().to_msg()
-            message.wrench.force.x = force[0]
+            # A sensor that repeats one number while the tool moves would count as frozen.
+            message.wrench.force.x = force[0] + 1e-7 * (time.monotonic() % 1.0)
             wrenches.publish(message)
 
     node.create_timer(0.008, publish)
