@@ -15,6 +15,10 @@ pub enum Line {
     Solid,
     /// A dashed line through the points.
     Dashed,
+    /// A line of dashes and dots through the points.
+    DashDotted,
+    /// A line of short dashes through the points.
+    Dotted,
     /// Dots at the points, without a line.
     Dots,
 }
@@ -118,8 +122,13 @@ impl Canvas {
             return points.iter().for_each(|point| self.dot(*point, color, DOT));
         }
         let length: f64 = points.windows(2).map(|ends| distance(ends[0], ends[1])).sum();
-        let is_dashed = line == Line::Dashed && length < LONGEST_DASHED;
-        let dashes = if is_dashed { r#" stroke-dasharray="6 4""# } else { "" };
+        let dashes = match line {
+            _ if length >= LONGEST_DASHED => "",
+            Line::Dashed => r#" stroke-dasharray="6 4""#,
+            Line::DashDotted => r#" stroke-dasharray="7 3 1.6 3""#,
+            Line::Dotted => r#" stroke-dasharray="1.6 2.4""#,
+            Line::Solid | Line::Dots => "",
+        };
         let (points, color) = (coordinates(points), hex(color));
         self.put(format_args!(
             r#"<polyline fill="none" stroke="{color}" stroke-width="{width}"{dashes} points="{points}"/>"#

@@ -1,8 +1,9 @@
 //! Curves over two axes.
 
-use super::canvas::{Anchor, Canvas, Line, Rectangle};
+use super::canvas::{Anchor, Canvas, Line, Point, Rectangle};
 use super::colors::Color;
 use super::curve::{clip, decades, range_of, spaced, ticks};
+use super::ends::{self, Names};
 use super::marks::{Mark, NamedMarks};
 use super::style::{FAINT, INK, LABEL, TICK};
 use serde_json::{Value, json};
@@ -89,6 +90,8 @@ pub struct Panel {
     pub series: Vec<Series>,
     /// The changes that are marked by vertical lines.
     pub marks: Vec<Mark>,
+    /// Whether each curve has its name at its right end instead of in a legend. Curves that coincide are then drawn once.
+    pub names_at_ends: bool,
 }
 
 /// Creates a panel of curves over the time axis `time`. The panel's vertical range contains all values of the curves in the range
@@ -96,7 +99,7 @@ pub struct Panel {
 pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
     let points = series.iter().flat_map(|series| &series.points);
     let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));
-    Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
+    Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, ..Panel::default() }
 }
 
 /// The margin to the left of the curves \[px\], for numbers and labels.
@@ -124,6 +127,11 @@ impl Panel {
         NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
     }
 
+    /// Returns the width of the names at the ends of the curves \[px\].
+    pub(super) fn names_width(&self, names: &Names) -> f64 {
+        if self.names_at_ends { names.width(&self.series) } else { 0.0 }
+    }
+
     /// Leaves out points that are too close to the previous point to be distinguished in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
@@ -131,13 +139,13 @@ impl Panel {
     }
 
     /// Draws the panel into the rectangle `frame`. The upper `band` pixels, below the title, are for the names of marks.
-    pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64) {
+    pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64, names: &Names) {
         /// The approximate distances between ticks, on the horizontal and the vertical axis \[px\].
         const APART: (f64, f64) = (56.0, 36.0);
         let plot = Rectangle {
             left: frame.left + LEFT,
             top: frame.top + 26.0 + band,
-            width: frame.width - LEFT - RIGHT,
+            width: frame.width - LEFT - RIGHT - self.names_width(names),
             height: frame.height - 78.0 - band,
         };
         let (right, bottom) = (plot.right(), plot.bottom());
@@ -156,10 +164,17 @@ impl Panel {
         let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
         canvas.line(&corners, INK, 1.0, Line::Solid);
         self.named_marks(frame.width).draw(canvas, &plot, band);
-        for series in &self.series {
-            for part in clip(&series.points, &self.x.range, &self.y.range) {
-                let points: Vec<_> = self.visible(&part).iter().map(|(x, y)| (across(*x), up(*y))).collect();
-                canvas.line(&points, series.color, 1.6, series.line);
+        let on_sheet = |part: Vec<(f64, f64)>| -> Vec<Point> {
+            self.visible(&part).iter().map(|(x, y)| (across(*x), up(*y))).collect()
+        };
+        let parts =
+            |series: &Series| clip(&series.points, &self.x.range, &self.y.range).into_iter().map(on_sheet);
+        if self.names_at_ends {
+            let curves = self.series.iter().map(|series| (series, parts(series).collect())).collect();
+            ends::draw(canvas, &plot, names, curves);
+        } else {
+            for series in &self.series {
+                parts(series).for_each(|part| canvas.line(&part, series.color, 1.6, series.line));
             }
         }
         canvas.text(&self.x.label, (plot.left + 0.5 * plot.width, bottom + 32.0), LABEL, Anchor::Center);
