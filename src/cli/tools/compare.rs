@@ -10,6 +10,8 @@ use dq_ros::stderr;
 use dq_studies::compare::{
     Arm, CompareError, Findings, Paired, Part, PeerRuns, Peers, Study, Summary, Switch, figures, latex, page,
 };
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -73,17 +75,7 @@ impl Compare {
         let mut study = Study::new(arms, laws, self.tasks, self.seed)?;
         let gains = self.out.join("gains.json");
         study.read_gains(&gains)?;
-        match switch {
-            Some(switch) => announce(study.switched_count(), study.estimate_switched(switch)?),
-            None => {
-                let runs = part.runs(study.run_count());
-                let count = runs.end - runs.start;
-                let lines = || std::fs::read(self.out.join(self.runs_name())).unwrap_or_default();
-                let ends = || lines().iter().filter(|byte| **byte == b'\n').count() as u64;
-                let done = if self.merge.is_some() { count } else { ends() };
-                announce(count, study.estimate(part, done)?);
-            }
-        }
+        self.announce(&study, part, switch)?;
         if study.gains.is_empty() {
             let progress = Progress::new("gains", study.gain_count());
             study.choose_gains(&gains, || progress.add(1))?;
@@ -107,6 +99,21 @@ impl Compare {
             Some(_) => Ok(print_line!("{count} runs are in {}", file.display())?),
             None => self.summarize(&study, &file),
         }
+    }
+
+    /// Says on stderr how long the runs will take.
+    fn announce(&self, study: &Study, part: Part, switch: Option<Switch>) -> crate::cli::Result<()> {
+        let runs = part.runs(study.run_count());
+        let count = runs.end - runs.start;
+        let lines = File::open(self.out.join(self.runs_name()));
+        let existing = lines.map_or(0, |file| BufReader::new(file).split(b'\n').count() as u64);
+        let (count, estimate) = match switch {
+            Some(switch) => (study.switched_count(), study.estimate_switched(switch)?),
+            None if self.merge.is_some() => (count, study.estimate(part, count)?),
+            None => (count, study.estimate(part, existing)?),
+        };
+        stderr::line(format!("{count} runs, about {} on this machine", about(estimate)));
+        Ok(())
     }
 
     /// Returns the name of the file of runs.
@@ -179,11 +186,6 @@ impl Compare {
         )?;
         Ok(())
     }
-}
-
-/// Says on stderr how long the runs will take.
-fn announce(runs: u64, estimate: Duration) {
-    stderr::line(format!("{runs} runs, about {} on this machine", about(estimate)));
 }
 
 /// Formats a duration roughly.

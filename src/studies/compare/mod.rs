@@ -19,7 +19,6 @@ mod part;
 mod peer_runs;
 mod peers;
 mod record;
-mod sentences;
 mod study;
 mod summary;
 mod switch;
@@ -27,6 +26,7 @@ mod tables;
 mod templates;
 mod timing;
 mod unmatched;
+mod values;
 
 pub use arm::{Arm, Task};
 pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
