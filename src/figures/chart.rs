@@ -1,43 +1,14 @@
 //! Curves over two axes.
 
-use super::canvas::{Anchor, Canvas, Line, Point, Rectangle};
-use super::colors::Color;
+use super::canvas::{Anchor, Canvas, Point, Rectangle};
 use super::curve::{clip, decades, range_of, spaced, ticks};
 use super::ends::{self, Names};
+use super::line::Line;
 use super::marks::{Mark, NamedMarks};
+use super::series::Series;
 use super::style::{FAINT, INK, LABEL, TICK};
 use serde_json::{Value, json};
 use std::ops::Range;
-
-/// A curve over two axes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    /// The name of the curve in the legend. Curves with the same name and style share an entry.
-    pub name: String,
-    /// The color of the curve.
-    pub color: Color,
-    /// The style of the line.
-    pub line: Line,
-    /// The points of the curve, in the units of the axes.
-    pub points: Vec<(f64, f64)>,
-}
-
-impl Series {
-    /// Creates a curve with a solid line.
-    pub fn solid(
-        name: impl Into<String>,
-        color: Color,
-        points: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
-        Self { name: name.into(), color, line: Line::Solid, points: points.into_iter().collect() }
-    }
-
-    /// Makes the line dashed.
-    #[must_use]
-    pub fn dashed(self) -> Self {
-        Self { line: Line::Dashed, ..self }
-    }
-}
 
 /// One of the two axes of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,7 +44,9 @@ impl Axis {
     /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times `count` ticks, because they are not
     /// evenly spaced.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
-        if self.logarithmic { decades(&self.range, 3.0 * count) } else { ticks(&self.range, count.max(5.0)) }
+        let decades = if self.logarithmic { decades(&self.range, 3.0 * count) } else { Vec::new() };
+        // A range of less than a decade has too few round values of its own.
+        if decades.len() < 3 { ticks(&self.range, count.max(5.0)) } else { decades }
     }
 }
 
@@ -195,6 +168,8 @@ mod tests {
         assert_eq!(texts, ["0.5", "1", "2", "5", "10", "20", "50", "100", "200"]);
         let few = axis.ticks(2.0).into_iter().map(|(_, text)| text);
         assert_eq!(few.collect::<Vec<_>>(), ["1", "10", "100"], "where there is no room for all");
+        let narrow = Axis::logarithmic("", 1.01..1.32).ticks(5.0).into_iter().map(|(_, text)| text);
+        assert_eq!(narrow.collect::<Vec<_>>(), ["1.1", "1.2", "1.3"], "less than a decade");
         assert_eq!(Axis::new("", 0.51..1.47).ticks(1.6).len(), 5, "one alone says nothing");
     }
 

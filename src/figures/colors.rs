@@ -1,6 +1,6 @@
 //! The colors of laws, components and axes in figures, in RViz and in the browser.
 
-use super::canvas::Line;
+use super::line::Line;
 use dq_kinematics::control::Law;
 
 /// A color as red, green and blue, from 0 to 255.

@@ -1,8 +1,9 @@
 //! Names at the right ends of curves. Curves that coincide are drawn once, with a joint name.
 
-use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
-use super::chart::Series;
+use super::canvas::{Anchor, Canvas, Point, Rectangle, distance};
 use super::legend::{SAMPLE, draw_sample};
+use super::line::Line;
+use super::series::Series;
 use super::style::{LABEL, LIMIT, text_width};
 
 /// The room for the line from the end of a curve to its name \[px\].

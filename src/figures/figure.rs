@@ -2,10 +2,11 @@
 
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Rectangle};
-use super::chart::{Panel, Series};
+use super::chart::Panel;
 use super::ends::Names;
 use super::files::{make_folder, write};
 use super::legend::{Legend, entries, is_same};
+use super::series::Series;
 use super::space::Scene;
 use super::style::{FONT_FAMILY, FONT_FILE, LABEL, TITLE, text_width};
 use dq_common::named;

@@ -1,7 +1,7 @@
 //! Legends: a sample of each curve with its name.
 
 use super::canvas::{Anchor, Canvas, Point};
-use super::chart::Series;
+use super::series::Series;
 use super::style::{LABEL, text_width};
 
 /// The distance between the lines of a legend \[px\].

@@ -12,18 +12,21 @@ mod figure;
 mod files;
 mod labels;
 mod legend;
+mod line;
 mod marks;
 mod projection;
+mod series;
 mod space;
 mod style;
 
-pub use canvas::Line;
-pub use chart::{Axis, Panel, Series, over_time};
+pub use chart::{Axis, Panel, over_time};
 pub use colors::{AXES, COMPONENTS, Color, law_color, law_line};
 pub use figure::{Figure, Width, chart, png, save, scenes};
 pub use files::{make_folder, write};
+pub use line::Line;
 pub use marks::Mark;
 pub use projection::Viewpoint;
+pub use series::Series;
 pub use space::{BOTH_SIDES, Path, Place, Scene, frameplotter};
 pub use style::{INK, LIMIT};
 

@@ -1,11 +1,12 @@
 //! Paths and frames in R³, in a box with axes.
 
-use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
-use super::chart::Series;
+use super::canvas::{Anchor, Canvas, Point, Rectangle, distance};
 use super::colors::{AXES, Color};
 use super::curve::{range_of, spaced};
 use super::labels::Labels;
+use super::line::Line;
 use super::projection::{Projection, Viewpoint};
+use super::series::Series;
 use super::style::{INK, LABEL, WHITE};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Vector3, Vector6};

@@ -108,13 +108,12 @@ impl Findings {
     }
 
     /// Returns the largest percentage by which the gains of the laws with this map miss their targets. Returns `None` if one of
-    /// these laws fails in more than half of the tasks.
+    /// these laws fails in more than half of the tasks, or if there is no such law.
     pub fn most_off(&self, matched: Matched, map: Map) -> Option<f64> {
         let is_meant = |law: &str| law.parse::<Law>().is_ok_and(|law| law.map() == map);
-        let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && is_meant(&gain.law));
-        gains.try_fold(0.0, |most: f64, gain| {
-            Some(most.max(100.0 * (gain.reached? / gain.target - 1.0).abs()))
-        })
+        let gains = self.gains.iter().filter(|gain| gain.matched == matched && is_meant(&gain.law));
+        let off = gains.map(|gain| Some(100.0 * (gain.reached? / gain.target - 1.0).abs()));
+        off.reduce(|one, other| Some(one?.max(other?))).flatten()
     }
 
     /// Returns whether the gain of a law is matched on every arm.

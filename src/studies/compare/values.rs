@@ -12,7 +12,7 @@ use dq_kinematics::control::Map;
 pub(super) fn values(findings: &Findings) -> Values {
     let off = |matched, map| {
         let off = findings.most_off(matched, map);
-        off.map_or("more than half of the tasks".to_owned(), |off| format!("{off:.1} %"))
+        off.map_or("an unknown amount".to_owned(), |off| format!("{off:.1} %"))
     };
     let mut values = Values::from([
         ("tasks", findings.tasks.to_string()),
