@@ -1,23 +1,13 @@
 //! A sheet for drawing in pixels, which is written as SVG.
 
 use super::colors::Color;
+use super::line::Line;
 use super::style::INK;
 use dq_common::text::escaped;
 use std::fmt::Write;
 
 /// A point on the sheet: its distances from the left and the top edge \[px\].
 pub type Point = (f64, f64);
-
-/// The style of a line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Line {
-    /// A solid line through the points.
-    Solid,
-    /// A dashed line through the points.
-    Dashed,
-    /// Dots at the points, without a line.
-    Dots,
-}
 
 /// The position of text relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,8 +108,8 @@ impl Canvas {
             return points.iter().for_each(|point| self.dot(*point, color, DOT));
         }
         let length: f64 = points.windows(2).map(|ends| distance(ends[0], ends[1])).sum();
-        let is_dashed = line == Line::Dashed && length < LONGEST_DASHED;
-        let dashes = if is_dashed { r#" stroke-dasharray="6 4""# } else { "" };
+        let pattern = line.dashes().filter(|_| length < LONGEST_DASHED);
+        let dashes = pattern.map_or(String::new(), |dashes| format!(r#" stroke-dasharray="{dashes}""#));
         let (points, color) = (coordinates(points), hex(color));
         self.put(format_args!(
             r#"<polyline fill="none" stroke="{color}" stroke-width="{width}"{dashes} points="{points}"/>"#

@@ -1,42 +1,14 @@
 //! Curves over two axes.
 
-use super::canvas::{Anchor, Canvas, Line, Rectangle};
-use super::colors::Color;
+use super::canvas::{Anchor, Canvas, Point, Rectangle};
 use super::curve::{clip, decades, range_of, spaced, ticks};
+use super::ends::{self, Names};
+use super::line::Line;
 use super::marks::{Mark, NamedMarks};
+use super::series::Series;
 use super::style::{FAINT, INK, LABEL, TICK};
 use serde_json::{Value, json};
 use std::ops::Range;
-
-/// A curve over two axes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    /// The name of the curve in the legend. Curves with the same name and style share an entry.
-    pub name: String,
-    /// The color of the curve.
-    pub color: Color,
-    /// The style of the line.
-    pub line: Line,
-    /// The points of the curve, in the units of the axes.
-    pub points: Vec<(f64, f64)>,
-}
-
-impl Series {
-    /// Creates a curve with a solid line.
-    pub fn solid(
-        name: impl Into<String>,
-        color: Color,
-        points: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
-        Self { name: name.into(), color, line: Line::Solid, points: points.into_iter().collect() }
-    }
-
-    /// Makes the line dashed.
-    #[must_use]
-    pub fn dashed(self) -> Self {
-        Self { line: Line::Dashed, ..self }
-    }
-}
 
 /// One of the two axes of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -72,7 +44,9 @@ impl Axis {
     /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times `count` ticks, because they are not
     /// evenly spaced.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
-        if self.logarithmic { decades(&self.range, 3.0 * count) } else { ticks(&self.range, count.max(5.0)) }
+        let decades = if self.logarithmic { decades(&self.range, 3.0 * count) } else { Vec::new() };
+        // A range of less than a decade has too few round values of its own.
+        if decades.len() < 3 { ticks(&self.range, count.max(5.0)) } else { decades }
     }
 }
 
@@ -89,6 +63,8 @@ pub struct Panel {
     pub series: Vec<Series>,
     /// The changes that are marked by vertical lines.
     pub marks: Vec<Mark>,
+    /// Whether each curve has its name at its right end instead of in a legend. Curves that coincide are then drawn once.
+    pub names_at_ends: bool,
 }
 
 /// Creates a panel of curves over the time axis `time`. The panel's vertical range contains all values of the curves in the range
@@ -96,7 +72,7 @@ pub struct Panel {
 pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
     let points = series.iter().flat_map(|series| &series.points);
     let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));
-    Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
+    Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, ..Panel::default() }
 }
 
 /// The margin to the left of the curves \[px\], for numbers and labels.
@@ -124,6 +100,11 @@ impl Panel {
         NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
     }
 
+    /// Returns the width of the names at the ends of the curves \[px\].
+    pub(super) fn names_width(&self, names: &Names) -> f64 {
+        if self.names_at_ends { names.width(&self.series) } else { 0.0 }
+    }
+
     /// Leaves out points that are too close to the previous point to be distinguished in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
@@ -131,13 +112,13 @@ impl Panel {
     }
 
     /// Draws the panel into the rectangle `frame`. The upper `band` pixels, below the title, are for the names of marks.
-    pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64) {
+    pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64, names: &Names) {
         /// The approximate distances between ticks, on the horizontal and the vertical axis \[px\].
         const APART: (f64, f64) = (56.0, 36.0);
         let plot = Rectangle {
             left: frame.left + LEFT,
             top: frame.top + 26.0 + band,
-            width: frame.width - LEFT - RIGHT,
+            width: frame.width - LEFT - RIGHT - self.names_width(names),
             height: frame.height - 78.0 - band,
         };
         let (right, bottom) = (plot.right(), plot.bottom());
@@ -156,10 +137,17 @@ impl Panel {
         let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
         canvas.line(&corners, INK, 1.0, Line::Solid);
         self.named_marks(frame.width).draw(canvas, &plot, band);
-        for series in &self.series {
-            for part in clip(&series.points, &self.x.range, &self.y.range) {
-                let points: Vec<_> = self.visible(&part).iter().map(|(x, y)| (across(*x), up(*y))).collect();
-                canvas.line(&points, series.color, 1.6, series.line);
+        let on_sheet = |part: Vec<(f64, f64)>| -> Vec<Point> {
+            self.visible(&part).iter().map(|(x, y)| (across(*x), up(*y))).collect()
+        };
+        let parts =
+            |series: &Series| clip(&series.points, &self.x.range, &self.y.range).into_iter().map(on_sheet);
+        if self.names_at_ends {
+            let curves = self.series.iter().map(|series| (series, parts(series).collect())).collect();
+            ends::draw(canvas, &plot, names, curves);
+        } else {
+            for series in &self.series {
+                parts(series).for_each(|part| canvas.line(&part, series.color, 1.6, series.line));
             }
         }
         canvas.text(&self.x.label, (plot.left + 0.5 * plot.width, bottom + 32.0), LABEL, Anchor::Center);
@@ -180,6 +168,8 @@ mod tests {
         assert_eq!(texts, ["0.5", "1", "2", "5", "10", "20", "50", "100", "200"]);
         let few = axis.ticks(2.0).into_iter().map(|(_, text)| text);
         assert_eq!(few.collect::<Vec<_>>(), ["1", "10", "100"], "where there is no room for all");
+        let narrow = Axis::logarithmic("", 1.01..1.32).ticks(5.0).into_iter().map(|(_, text)| text);
+        assert_eq!(narrow.collect::<Vec<_>>(), ["1.1", "1.2", "1.3"], "less than a decade");
         assert_eq!(Axis::new("", 0.51..1.47).ticks(1.6).len(), 5, "one alone says nothing");
     }
 

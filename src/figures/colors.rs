@@ -1,25 +1,27 @@
 //! The colors of laws, components and axes in figures, in RViz and in the browser.
 
+use super::line::Line;
 use dq_kinematics::control::Law;
 
 /// A color as red, green and blue, from 0 to 255.
 pub type Color = [u8; 3];
 
-/// The colors of the built-in laws, in the order of the laws. The hue depends on the error that the law feeds back (Okabe & Ito;
-/// color-blind readers can distinguish the hues). Laws with a term that the reference work does not have are paler.
-const LAWS: [Color; Law::ALL.len()] = [
-    [0, 114, 178],
-    [110, 175, 220],
-    [213, 94, 0],
-    [245, 170, 120],
-    [0, 158, 115],
-    [120, 205, 175],
-    [117, 80, 170],
-    [190, 165, 220],
-    [20, 60, 110],
-    [70, 40, 110],
-    [130, 50, 10],
-    [170, 20, 60],
+/// The colors and line styles of the built-in laws, in the order of the laws. The hue depends on the error that the law feeds back
+/// (Okabe & Ito; color-blind readers can distinguish the hues). Lines are dashed with the transpose. Laws with a term that the
+/// reference work does not have are darker and have dots.
+const LAWS: [(Color, Line); Law::ALL.len()] = [
+    ([0, 114, 178], Line::Dashed),
+    ([110, 175, 220], Line::Solid),
+    ([213, 94, 0], Line::Solid),
+    ([245, 170, 120], Line::Dashed),
+    ([0, 158, 115], Line::Solid),
+    ([120, 205, 175], Line::Dashed),
+    ([117, 80, 170], Line::Solid),
+    ([190, 165, 220], Line::Dashed),
+    ([20, 60, 110], Line::Dotted),
+    ([70, 40, 110], Line::DashDotted),
+    ([130, 50, 10], Line::Dotted),
+    ([170, 20, 60], Line::DashDotted),
 ];
 
 /// The colors of laws that a program has registered, in the order of registration.
@@ -27,8 +29,17 @@ const OTHERS: [Color; 5] = [[204, 60, 140], [150, 150, 0], [0, 150, 170], [90, 6
 
 /// Returns the color of a law.
 pub fn law_color(law: Law) -> Color {
+    style(law).0
+}
+
+/// Returns the style of a law's line, which distinguishes laws in print without color, too.
+pub fn law_line(law: Law) -> Line {
+    style(law).1
+}
+
+fn style(law: Law) -> (Color, Line) {
     let number = law.number();
-    LAWS.get(number).copied().unwrap_or_else(|| OTHERS[(number - LAWS.len()) % OTHERS.len()])
+    LAWS.get(number).copied().unwrap_or_else(|| (OTHERS[(number - LAWS.len()) % OTHERS.len()], Line::Solid))
 }
 
 /// The colors of components. They differ from the colors of the laws.

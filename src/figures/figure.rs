@@ -1,9 +1,12 @@
 //! A figure: panels or scenes on a sheet, as SVG and PNG.
 
 use super::DrawError;
-use super::canvas::{Anchor, Canvas, Point, Rectangle};
-use super::chart::{Panel, Series};
+use super::canvas::{Anchor, Canvas, Rectangle};
+use super::chart::Panel;
+use super::ends::Names;
 use super::files::{make_folder, write};
+use super::legend::{Legend, entries, is_same};
+use super::series::Series;
 use super::space::Scene;
 use super::style::{FONT_FAMILY, FONT_FILE, LABEL, TITLE, text_width};
 use dq_common::named;
@@ -17,7 +20,7 @@ named! {
     "width" Width {
         /// As wide as the figure's panels, for a screen.
         Screen = "screen",
-        /// The width of a column of an IEEE paper, 3.5 in. Text has 8 pt, and there is no title.
+        /// The width of a column of an IEEE paper, 3.4 in. Text has 8 pt, and there is no title.
         OneColumn = "one-column",
         /// The width of both columns of an IEEE paper, 7.16 in. Text has 8 pt, and there is no title.
         TwoColumns = "two-columns",
@@ -29,7 +32,7 @@ impl Width {
     fn paper(self) -> Option<(f64, usize)> {
         match self {
             Self::Screen => None,
-            Self::OneColumn => Some((3.5, 1)),
+            Self::OneColumn => Some((3.4, 1)),
             Self::TwoColumns => Some((7.16, 2)),
         }
     }
@@ -58,14 +61,14 @@ enum View {
     Scene(Scene),
 }
 
-/// Creates a figure of rows of panels under a title. One legend at the right is for all panels.
+/// Creates a figure of rows of panels under a title.
 pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Figure {
     let data =
         json!({ "title": title, "panels": rows.iter().flatten().map(Panel::data).collect::<Vec<_>>() });
     Figure::new(name, title, data, rows, View::Panel)
 }
 
-/// Creates a figure of rows of scenes under a title. One legend below the title is for all scenes.
+/// Creates a figure of rows of scenes under a title.
 pub fn scenes(name: &str, title: &str, rows: &[Vec<Scene>]) -> Figure {
     let data =
         json!({ "title": title, "scenes": rows.iter().flatten().map(Scene::data).collect::<Vec<_>>() });
@@ -73,10 +76,23 @@ pub fn scenes(name: &str, title: &str, rows: &[Vec<Scene>]) -> Figure {
 }
 
 impl View {
+    /// Returns the entries of the legend.
     fn legend(&self) -> Vec<Series> {
         match self {
-            Self::Panel(panel) => panel.series.clone(),
-            Self::Scene(scene) => scene.legend(),
+            Self::Panel(panel) => entries(panel.series.iter().cloned()),
+            Self::Scene(scene) => entries(scene.legend().into_iter()),
+        }
+    }
+
+    fn has_names_at_ends(&self) -> bool {
+        matches!(self, Self::Panel(panel) if panel.names_at_ends)
+    }
+
+    /// Returns the width of the names at the ends of the curves \[px\].
+    fn names_width(&self, names: &Names) -> f64 {
+        match self {
+            Self::Panel(panel) => panel.names_width(names),
+            Self::Scene(_) => 0.0,
         }
     }
 
@@ -88,9 +104,9 @@ impl View {
         }
     }
 
-    fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64) {
+    fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64, names: &Names) {
         match self {
-            Self::Panel(panel) => panel.draw(canvas, frame, band),
+            Self::Panel(panel) => panel.draw(canvas, frame, band, names),
             Self::Scene(scene) => scene.draw(canvas, frame),
         }
     }
@@ -102,30 +118,48 @@ impl Figure {
         Self { name: name.to_owned(), data, title: title.to_owned(), rows }
     }
 
-    /// Returns the drawing as SVG. On a screen, panels have their legend at the right; otherwise the legend is at the top. On paper
-    /// there is no title.
+    /// Returns the drawing as SVG. On a screen, the legend of panels is at the right, and each panel has its own if the panels
+    /// show different things; otherwise the legend is at the top. On paper there is no title.
     pub fn svg(&self, width: Width) -> String {
         let (mut canvas, paper) = (Canvas::default(), width.paper());
-        let is_of_scenes = matches!(self.rows.iter().flatten().next(), Some(View::Scene(_)));
+        let is_of_scenes = matches!(self.views().next(), Some(View::Scene(_)));
         let mut rows: Vec<Vec<_>> = self.rows.iter().map(|row| row.iter().collect()).collect();
         let (mut wide, mut high) = if is_of_scenes { (500.0, 420.0) } else { (430.0, 260.0) };
+        let all = entries(self.views().flat_map(View::legend));
+        let names = match paper {
+            Some(_) => Names::Letters(all.iter().map(|series| series.name.clone()).collect()),
+            None => Names::Full,
+        };
+        let is_shared = paper.is_some() || self.shares_legend(&all);
+        let names_width = self.views().map(|view| view.names_width(&names)).fold(0.0, f64::max);
+        let legend_width =
+            if is_shared || is_of_scenes { 0.0 } else { Legend::new(all.clone(), (0.0, 0.0), 0.0).right() };
         if let Some((inches, beside)) = paper {
             wide = inches * PAPER / beside as f64;
             rows = rows.concat().chunks(beside).map(<[_]>::to_vec).collect();
+        } else {
+            wide += names_width;
         }
-        let right = rows.iter().map(Vec::len).max().unwrap_or_default() as f64 * wide;
+        let full = wide + legend_width;
+        let right = rows.iter().map(Vec::len).max().unwrap_or_default() as f64 * full;
+        let shown = self.shown_in_legend(all, is_shared, paper.is_some());
         let (legend, mut top) = match (paper, is_of_scenes) {
-            (Some(_), _) => self.legend((10.0, 14.0), right),
-            (None, true) => self.legend((18.0, 54.0), right),
-            (None, false) => (self.legend((right + 12.0, 74.0), 0.0).0, 40.0),
+            (None, false) => (Legend::new(shown, (right + 12.0, 74.0), 0.0), 40.0),
+            _ => {
+                let legend =
+                    Legend::new(shown, if paper.is_some() { (10.0, 14.0) } else { (18.0, 54.0) }, right);
+                let bottom = legend.bottom;
+                (legend, bottom)
+            }
         };
-        let beside = legend.iter().map(|(series, at)| at.0 + entry_width(series)).fold(right, f64::max);
         let width = match paper {
             Some((inches, _)) => inches * PAPER,
-            None => beside.max(28.0 + text_width(&self.title, TITLE)),
+            None => legend.right().max(right).max(28.0 + text_width(&self.title, TITLE)),
         };
-        let bands: Vec<_> =
-            rows.iter().map(|row| row.iter().map(|view| view.band(wide)).fold(0.0, f64::max)).collect();
+        let bands: Vec<_> = rows
+            .iter()
+            .map(|row| row.iter().map(|view| view.band(wide - names_width)).fold(0.0, f64::max))
+            .collect();
         if paper.is_some() {
             // At most so high that all rows fit on a page.
             high = (if is_of_scenes { 0.75 } else { 0.55 } * wide)
@@ -133,35 +167,48 @@ impl Figure {
         } else {
             canvas.text(&self.title, (14.0, 24.0), TITLE, Anchor::Left);
         }
-        legend.iter().for_each(|(series, at)| draw_entry(&mut canvas, series, *at));
+        legend.draw(&mut canvas);
         for (row, band) in rows.iter().zip(bands) {
             for (column, view) in row.iter().enumerate() {
-                let frame = Rectangle { left: column as f64 * wide, top, width: wide, height: high + band };
-                view.draw(&mut canvas, frame, band);
+                let frame = Rectangle { left: column as f64 * full, top, width: wide, height: high + band };
+                view.draw(&mut canvas, frame, band, &names);
+                if !is_shared {
+                    let start = if is_of_scenes {
+                        (frame.left + 18.0, top + 32.0)
+                    } else {
+                        (frame.right(), top + 34.0)
+                    };
+                    Legend::new(view.legend(), start, 0.0).draw(&mut canvas);
+                }
             }
             top += high + band;
         }
         canvas.finish(width, top, paper.map(|(inches, _)| inches))
     }
 
-    /// Returns the entries of the legend with their places, and the vertical position at which the legend ends \[px\]. The legend
-    /// begins at `start`, and its lines end before `right`. Curves with the same name and style share one entry.
-    fn legend(&self, start: Point, right: f64) -> (Vec<(Series, Point)>, f64) {
-        let (mut placed, mut at): (Vec<(Series, Point)>, _) = (Vec::new(), start);
-        for series in self.rows.iter().flatten().flat_map(View::legend) {
-            let is_known =
-                placed.iter().any(|(other, _)| (&other.name, other.line) == (&series.name, series.line));
-            if is_known || series.name.is_empty() {
-                continue;
+    fn views(&self) -> impl Iterator<Item = &View> {
+        self.rows.iter().flatten()
+    }
+
+    /// Returns whether one legend is for all views: one of the views has all entries.
+    fn shares_legend(&self, all: &[Series]) -> bool {
+        self.views().any(|view| all.iter().all(|entry| view.legend().iter().any(|its| is_same(its, entry))))
+    }
+
+    /// Returns the entries of the figure's legend. On paper, curves with names at their ends have letters there.
+    fn shown_in_legend(&self, all: Vec<Series>, is_shared: bool, is_on_paper: bool) -> Vec<Series> {
+        let has_names = self.views().any(View::has_names_at_ends);
+        match (is_shared, has_names, is_on_paper) {
+            (false, ..) | (_, true, false) => Vec::new(),
+            (true, false, _) => all,
+            (true, true, true) => {
+                let lettered = |(index, series): (usize, Series)| {
+                    let name = format!("{} {}", Names::letter(index), series.name);
+                    Series { name, ..series }
+                };
+                all.into_iter().enumerate().map(lettered).collect()
             }
-            let width = entry_width(&series);
-            if at.0 > start.0 && at.0 + width > right {
-                at = (start.0, at.1 + 19.0);
-            }
-            placed.push((series, at));
-            at.0 += width;
         }
-        (placed, at.1 + 16.0)
     }
 
     /// Writes `<name>.svg` and `<name>.png` into `folder`.
@@ -182,17 +229,6 @@ impl Figure {
 pub fn save(figures: &[Figure], folder: &Path, width: Width) -> Result<(), DrawError> {
     make_folder(folder)?;
     figures.iter().try_for_each(|figure| figure.save(folder, width))
-}
-
-fn draw_entry(canvas: &mut Canvas, series: &Series, (left, y): Point) {
-    let sample: Vec<_> = (0..=3).map(|k| (left + 8.0 * f64::from(k), y)).collect();
-    canvas.line(&sample, series.color, 2.0, series.line);
-    canvas.text(&series.name, (left + 32.0, y), LABEL, Anchor::Left);
-}
-
-/// Returns the width of an entry of a legend \[px\].
-fn entry_width(series: &Series) -> f64 {
-    48.0 + text_width(&series.name, LABEL)
 }
 
 /// Returns a drawing as PNG with the built-in font. For a screen the PNG has twice the figure's pixels; for paper it has 600 pixels

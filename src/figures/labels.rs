@@ -1,6 +1,7 @@
 //! Places names next to points, so that the names cover as little of the drawing as possible.
 
-use super::canvas::{Anchor, Canvas, Line, Point, Rectangle};
+use super::canvas::{Anchor, Canvas, Point, Rectangle};
+use super::line::Line;
 use super::style::{INK, LABEL, text_width};
 
 /// The occupied parts of the drawing, and the rectangle for names.

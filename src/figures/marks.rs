@@ -1,7 +1,8 @@
 //! Vertical lines at changes, with names above the curves.
 
-use super::canvas::{Anchor, Canvas, Line, Rectangle};
+use super::canvas::{Anchor, Canvas, Rectangle};
 use super::colors::Color;
+use super::line::Line;
 use super::style::{TICK, text_width};
 use std::ops::Range;
 

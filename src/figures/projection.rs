@@ -1,7 +1,8 @@
 //! A box in R³ with numbers at its edges, seen from one direction.
 
-use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
+use super::canvas::{Anchor, Canvas, Point, Rectangle, distance};
 use super::curve::ticks;
+use super::line::Line;
 use super::style::{FAINT, INK, LABEL, TICK, text_width};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;

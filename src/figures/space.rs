@@ -1,12 +1,13 @@
 //! Paths and frames in R³, in a box with axes.
 
-use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
-use super::chart::Series;
+use super::canvas::{Anchor, Canvas, Point, Rectangle, distance};
 use super::colors::{AXES, Color};
 use super::curve::{range_of, spaced};
 use super::labels::Labels;
+use super::line::Line;
 use super::projection::{Projection, Viewpoint};
-use super::style::{INK, LABEL};
+use super::series::Series;
+use super::style::{INK, LABEL, WHITE};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Vector3, Vector6};
 use serde_json::{Value, json};
@@ -103,12 +104,19 @@ impl Scene {
         let projection = Projection::new(self.bounds(), self.viewpoint, frame);
         canvas.text(&self.title, (frame.left + 18.0, frame.top + 12.0), LABEL, Anchor::Left);
         let numbers = projection.draw_box(canvas);
+        self.draw_frames(canvas, &projection);
         for path in &self.paths {
             let points: Vec<_> = path.points.iter().map(|point| projection.point(point)).collect();
             let points = if path.line == Line::Dots { points } else { visible(&points) };
-            canvas.line(&points, path.color, 1.4, path.line);
+            if !self.frames.is_empty() {
+                // A white edge separates the path from the frames below.
+                canvas.line(&points, WHITE, 4.0, Line::Solid);
+            }
+            canvas.line(&points, path.color, 1.8, path.line);
         }
-        self.draw_frames(canvas, &projection);
+        for frame in self.distinct_frames(&projection) {
+            canvas.dot(projection.point(&frame.translation.vector), INK, 1.8);
+        }
         let places = self.named_places(&projection);
         places.iter().for_each(|(_, point)| canvas.dot(*point, INK, 3.2));
         let mut labels = Labels::new(frame, self.drawn_on(&projection), numbers);
@@ -137,12 +145,35 @@ impl Scene {
 
     /// Returns the axes of all frames as arrows.
     fn arrows(&self) -> impl Iterator<Item = Arrow> {
-        self.frames.iter().flat_map(move |frame| {
-            let origin = frame.translation.vector;
-            let axes = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().zip(AXES);
-            let tip = move |axis| origin + frame.rotation * (self.axis_length * axis);
-            axes.map(move |(axis, color)| Arrow { origin, tip: tip(axis), color })
+        self.frames.iter().flat_map(|frame| self.axes(frame))
+    }
+
+    /// Returns the axes of a frame as arrows.
+    fn axes(&self, frame: &Isometry3<f64>) -> [Arrow; 3] {
+        let origin = frame.translation.vector;
+        let unit = [Vector3::x(), Vector3::y(), Vector3::z()];
+        std::array::from_fn(|axis| Arrow {
+            origin,
+            tip: origin + frame.rotation * (self.axis_length * unit[axis]),
+            color: AXES[axis],
         })
+    }
+
+    /// Returns the frames that differ visibly from each other, from the last to the first.
+    fn distinct_frames(&self, projection: &Projection) -> Vec<&Isometry3<f64>> {
+        /// Two frames are alike if neither their origins nor the tips of their axes are farther apart than this \[px\].
+        const ALIKE: f64 = 14.0;
+        let mut kept: Vec<(&Isometry3<f64>, [Point; 4])> = Vec::new();
+        for frame in self.frames.iter().rev() {
+            let [x, y, z] = self.axes(frame).map(|arrow| projection.point(&arrow.tip));
+            let points = [projection.point(&frame.translation.vector), x, y, z];
+            let is_like =
+                |other: &[Point; 4]| points.iter().zip(other).all(|(a, b)| distance(*a, *b) < ALIKE);
+            if !kept.iter().any(|(_, other)| is_like(other)) {
+                kept.push((frame, points));
+            }
+        }
+        kept.into_iter().map(|(frame, _)| frame).collect()
     }
 
     /// Returns points on all drawn lines. The points are close together, so that a name that covers no point covers no line either.
@@ -172,13 +203,11 @@ impl Scene {
 
     /// Draws each frame as three arrows, the farthest from the viewer first.
     fn draw_frames(&self, canvas: &mut Canvas, projection: &Projection) {
-        let mut arrows: Vec<_> = self.arrows().collect();
+        let mut arrows: Vec<_> =
+            self.distinct_frames(projection).into_iter().flat_map(|frame| self.axes(frame)).collect();
         arrows.sort_by(|a, b| projection.depth(&a.tip).total_cmp(&projection.depth(&b.tip)));
         for Arrow { origin, tip, color } in arrows {
             draw_arrow(canvas, projection.point(&origin), projection.point(&tip), color);
-        }
-        for frame in &self.frames {
-            canvas.dot(projection.point(&frame.translation.vector), INK, 1.5);
         }
     }
 }

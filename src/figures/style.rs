@@ -4,6 +4,8 @@ use super::colors::Color;
 
 /// The color of text and axes.
 pub const INK: Color = [34, 34, 34];
+/// The color of the sheet.
+pub const WHITE: Color = [255, 255, 255];
 /// The color of grid lines and the far edges of boxes.
 pub const FAINT: Color = [218, 218, 218];
 /// The color of lines at limits and thresholds.

@@ -2,7 +2,7 @@
 
 use crate::{CONDITIONS, arm, committed, study};
 use dq_kinematics::control::Law;
-use dq_studies::compare::{Arm, CompareError, Gain, Part, Study, Summary};
+use dq_studies::compare::{Arm, CompareError, Findings, Gain, Part, Peers, Study, Summary, latex, page};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -157,9 +157,7 @@ fn misplaced_lines_are_reported() {
 
 #[test]
 fn two_arms_with_one_name_are_refused() {
-    let folder = Folder::new();
-    let why =
-        Study::new(vec![arm("ur5e"), arm("ur5e")], 1, 1, &folder.file("gains.json"), || {}).unwrap_err();
+    let why = Study::new(vec![arm("ur5e"), arm("ur5e")], vec![Law::Logc], 1, 1).unwrap_err();
     assert!(why.to_string().contains("\"ur5e\""));
 }
 
@@ -170,13 +168,54 @@ fn gains_that_were_chosen_are_kept_and_those_of_another_program_refused() {
     let file = folder.file("gains.json");
     let study = |gains: &[Gain]| {
         fs::write(&file, serde_json::to_string(gains).unwrap()).unwrap();
-        Study::new(Arm::builtin().unwrap(), 1, 1, &file, || panic!("none is chosen"))
+        let mut study = Study::new(Arm::builtin().unwrap(), Law::ALL.to_vec(), 1, 1).unwrap();
+        study.read_gains(&file).map(|()| study.gains)
     };
-    assert_eq!(study(&chosen).unwrap().gains, chosen);
+    assert_eq!(study(&chosen).unwrap(), chosen);
     let mut older = chosen.clone();
     older[3].target *= 1.001;
     for other in [&older[..], &chosen[1..], &[]] {
         let why = study(other).unwrap_err().to_string();
         assert!(why.contains("delete it to choose the gains again"), "{why}");
     }
+}
+
+/// A study of two laws has only their runs. Without the reference law, they are compared with the first of them.
+#[test]
+fn a_study_may_have_some_of_the_laws() {
+    let laws = vec![Law::Diffc, Law::DiffcInverse];
+    let (study, folder, file) = written(Study { laws: laws.clone(), ..study(2, 3) });
+    let rows = folder.file("compare.csv");
+    study.write_csv(&file, &rows).unwrap();
+    let text = fs::read_to_string(rows).unwrap();
+    let columns = |line: &str| line.split(',').count();
+    assert_eq!(text.lines().count() as u64, 1 + study.run_count());
+    assert!(text.lines().all(|line| columns(line) == 13), "{text}");
+    assert_eq!(text.matches("settling_time,diffc_inverse,puma560,").count(), 2 * 12);
+    assert_eq!(study.baseline(), Law::Diffc);
+    let mut study = study;
+    study.gains.retain(|gain| laws.iter().any(|law| law.name() == gain.law));
+    let summary = Summary::read(&study, &file).unwrap();
+    let findings = Findings::new(&study, &summary, &Peers::default()).unwrap();
+    assert_eq!((findings.laws(), findings.baseline()), (vec!["diffc", "diffc_inverse"], "diffc"));
+    assert!(!findings.comparisons.is_empty());
+    assert!(findings.comparisons.iter().all(|compared| compared.laws.contains(&"diffc".to_owned())));
+    let page = page(&findings);
+    assert!(page.contains("| less `diffc` |") && !page.contains("| logc |"), "{page}");
+    let latex = latex(&findings);
+    assert_eq!(latex.matches("\\begin{tabular}").count(), page.matches("\n## ").count());
+    assert!(latex.contains("diffc\\_inverse & ") && !latex.contains('²'), "{latex}");
+}
+
+/// The estimate is of the right order of magnitude: as many runs take as long as estimated, up to the load of the machine.
+#[test]
+fn an_estimate_is_near_the_time_that_the_runs_take() {
+    let (study, folder) = (study(6, 3), Folder::new());
+    let estimate = study.estimate("1/1".parse().unwrap(), 0).unwrap();
+    let part = study.estimate("1/2".parse().unwrap(), 0).unwrap();
+    let begin = std::time::Instant::now();
+    write(&study, &folder.file("compare.jsonl"), 1, 2);
+    let taken = begin.elapsed();
+    assert!(part < 4 * taken && taken < 4 * part, "{part:?} {taken:?}");
+    assert!(estimate > part && study.estimate("1/2".parse().unwrap(), study.run_count()).unwrap() < part);
 }

@@ -37,5 +37,6 @@ pub fn study(tasks: u32, seed: u64) -> Study {
         reached: Some(1.0),
     };
     let gains = Matched::ALL.iter().flat_map(|matched| Law::ALL.map(|law| gain(*matched, law)));
-    Study { gains: gains.collect(), arms: vec![arm("puma560")], tasks, seed }
+    let (gains, arms) = (gains.collect(), vec![arm("puma560")]);
+    Study { gains, arms, laws: Law::ALL.to_vec(), tasks, seed }
 }

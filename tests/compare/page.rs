@@ -13,7 +13,8 @@ fn the_committed_page_is_what_the_command_wrote() {
 
 /// Returns the study of the committed run.
 fn study(tasks: u32, seed: u64) -> Study {
-    Study { arms: Arm::builtin().unwrap(), tasks, seed, gains: committed().gains }
+    let (arms, gains) = (Arm::builtin().unwrap(), committed().gains);
+    Study { arms, laws: Law::ALL.to_vec(), tasks, seed, gains }
 }
 
 /// Checks one task of each law on each arm under each condition to the last digit, so that the page is what this program computes.
@@ -93,8 +94,7 @@ fn ages_are_of_all_tasks_and_as_the_plants_show() {
     let committed = committed();
     for ageing in &committed.ageing {
         let cell = |plant: &str| {
-            let key = Key::new(Matched::SettlingTime, Law::Logc, ALL_ARMS, ageing.limits, plant);
-            let key = Key { law: ageing.law.clone(), ..key };
+            let key = Key::new(Matched::SettlingTime, &ageing.law, ALL_ARMS, ageing.limits, plant);
             committed.cells.iter().find(|cell| cell.key == key).unwrap()
         };
         let fresh = cell("ideal");

@@ -3,7 +3,7 @@
 use crate::study;
 use dq_kinematics::control::Law;
 use dq_studies::compare::{
-    ALL_ARMS, CompareError, Findings, Matched, Part, Peers, Quantity, Study, Summary, page,
+    ALL_ARMS, CompareError, Findings, Key, Matched, Part, Peers, Quantity, Study, Summary, page,
 };
 use std::fs;
 use std::path::Path;
@@ -48,7 +48,8 @@ fn other_programs_are_paired_with_the_law_on_their_tasks() {
     let findings = read(&study, folder.path(), &(same + &other)).unwrap();
     let compared = |law: &str, quantity| {
         let other = Law::Logc.name();
-        findings.comparison(quantity, Matched::SettlingTime, ALL_ARMS, false, law, other).unwrap()
+        let key = Key::fresh(Matched::SettlingTime, law, ALL_ARMS, false);
+        findings.comparison(quantity, &key, other).unwrap()
     };
     let again = compared("again", Quantity::Settled);
     assert_eq!((again.pairs, again.more, again.p_holm), (3, [0, 0], 1.0));
@@ -60,7 +61,9 @@ fn other_programs_are_paired_with_the_law_on_their_tasks() {
     assert!((later.difference.value - 1.0).abs() < 1e-9 && later.more[1] == 0, "{later:?}");
     assert_eq!((settled.cell.runs, settled.gains), (3, [4.0, 4.0]));
     let page = page(&findings);
-    for part in ["## Other programs", "\n| again | 4.00 |", "\n| slower | 4.00 |", "The first 3 tasks"] {
+    for part in
+        ["## Other programs, no limits", "\n| again | 4.00 |", "\n| slower | 4.00 |", "The first 3 tasks"]
+    {
         assert!(page.contains(part), "{part}: {page}");
     }
     // The number of comparisons is that of the page, and Holm's method counts each of them.

@@ -16,7 +16,8 @@ fn study(name: &str, tasks: u32) -> Study {
         target: 2.0,
         reached: None,
     };
-    Study { gains: Law::all().map(gain).collect(), arms: vec![arm(name)], tasks, seed: 1 }
+    let laws: Vec<_> = Law::all().collect();
+    Study { gains: laws.iter().copied().map(gain).collect(), arms: vec![arm(name)], laws, tasks, seed: 1 }
 }
 
 fn switched(study: &Study, switch: Switch) -> Vec<Paired> {
@@ -41,7 +42,7 @@ fn tasks_that_stall_at_a_limit_settle_where_the_arm_may_go_round() {
     assert!(always > 1 && never + always == 8 && logc.rest().is_empty(), "{logc:?}");
     let later = logc.later().unwrap();
     assert_eq!(later.value, 0.0, "what settles by itself does so in the same time");
-    let table = Paired::table(&rows, &Switch::Reconfigure.names());
+    let table = Paired::table(&rows, &Switch::Reconfigure.names()).markdown();
     assert_eq!(table.lines().count(), 2 + Law::all().count());
     assert!(table.contains("| settled, never [%] | settled, always [%] |"), "{table}");
     assert!(table.contains("| logc | panda | 8 | "), "{table}");
@@ -61,7 +62,8 @@ fn constraints_are_compared_on_the_same_tasks() {
         |way: usize| rows.iter().flat_map(|row| &row.tasks).filter(move |both| both[way].through_itself);
     assert!(through(0).count() > 0 && through(1).count() == 0);
     assert_eq!(logc.past_itself().counts()[1], on);
-    assert!(Paired::table(&rows, &Switch::Constraints.names()).contains("only false, only true"));
+    let table = Paired::table(&rows, &Switch::Constraints.names()).markdown();
+    assert!(table.contains("only false, only true"));
 }
 
 fn end(settled: Option<f64>, through_itself: bool) -> End {
@@ -82,8 +84,8 @@ fn a_way_through_the_arm_itself_may_be_left_out() {
     let past = all.past_itself();
     assert_eq!((past.counts(), past.alone()), ([1, 1], [1, 1]));
     assert_eq!(past.rest().into_iter().collect::<Vec<_>>(), [("joint_limit", 1), ("through itself", 1)]);
-    let table = Paired::table(&[past], &["off", "on"].map(str::to_owned));
-    let row = "| logc | ur5e | 3 | 33.3 % [6.1, 79.2] | 33.3 % [6.1, 79.2] | 1, 1 | p = 1.000 | - | 1 joint_limit; 1 through itself |\n";
+    let table = Paired::table(&[past], &["off", "on"].map(str::to_owned)).markdown();
+    let row = "| logc | ur5e | 3 | 33.3 [6.1, 79.2] | 33.3 [6.1, 79.2] | 1, 1 | p = 1.000 | - | 1 joint_limit; 1 through itself |\n";
     assert!(table.ends_with(row), "{table}");
 }
 
@@ -115,14 +117,14 @@ fn other_programs_are_beside_the_second_way_on_the_tasks_that_both_have_run() {
     let peers = [(false, 0, None), (true, 0, None), (true, 1, None), (true, 2, Some(2.5))];
     let peers: String = peers.map(|(limits, task, settled)| line("pink", limits, task, settled)).concat();
     study.write_tasks(&folder.path().join("tasks.jsonl")).unwrap();
-    let tables = beside(&peers).unwrap().beside(std::slice::from_ref(&row));
+    let tables = beside(&peers).unwrap().beside("logc", std::slice::from_ref(&row));
     let [(program, rows)] = &tables[..] else { panic!("{tables:?}") };
     assert_eq!((program.as_str(), rows.len()), ("pink", 1));
     let settled: Vec<_> = rows[0].tasks.iter().map(|both| both.each_ref().map(|end| end.settled)).collect();
     assert_eq!(settled, [[Some(2.0), None], [None, None], [Some(3.0), Some(2.5)]]);
     assert_eq!((rows[0].alone(), rows[0].rest()["failed"]), ([1, 0], 2));
     row.law = Law::Diffc.name().to_owned();
-    assert!(beside(&peers).unwrap().beside(&[row]).is_empty(), "only beside the reference");
+    assert!(beside(&peers).unwrap().beside("logc", &[row]).is_empty(), "only beside the reference");
     for other in [line("pink", true, 1, None), peers.clone() + &line("pink", true, 2, None)] {
         assert!(matches!(beside(&other), Err(CompareError::OtherPeers { .. })));
     }

@@ -82,7 +82,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
             let pairs = ends(&arm, other, 100)?.into_iter().zip(ends(&arm, law, 100)?);
             let tasks = pairs.map(|(first, second)| [first, second]).collect();
             let paired = Paired { law: law.name().to_owned(), arm: arm.name.clone(), tasks };
-            println!("{}", Paired::table(&[paired], &[other.name().to_owned(), law.name().to_owned()]));
+            let names = [other.name().to_owned(), law.name().to_owned()];
+            println!("{}", Paired::table(&[paired], &names).markdown());
         }
     }
     Ok(())

@@ -232,7 +232,7 @@ fn plot_writes_its_figures_and_a_table_or_json() {
 #[test]
 fn figures_for_a_paper_are_as_wide_as_its_columns() {
     let directory = tempfile::tempdir().unwrap();
-    for (width, inches, dots) in [("one-column", 3.5, 2100.0), ("two-columns", 7.16, 4296.0)] {
+    for (width, inches, dots) in [("one-column", 3.4, 2040.0), ("two-columns", 7.16, 4296.0)] {
         assert_eq!(dq_servo(&[&"plot", &DEMO, &"--width", &width, &"--out", &directory.path()]).0, Some(0));
         for name in ["pose_error", "joint_velocities", "path"] {
             let file = directory.path().join(name);

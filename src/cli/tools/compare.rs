@@ -1,13 +1,19 @@
 //! `dq_servo compare`: the laws compared on many arms, tasks and plants, offline.
 
+use super::figure_width::FigureWidth;
 use super::progress::Progress;
 use crate::cli::count::count;
 use crate::cli::print::print_line;
-use dq_figures::Width;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use dq_kinematics::control::Law;
+use dq_ros::stderr;
 use dq_studies::compare::{
-    Arm, Findings, Paired, Part, PeerRuns, Peers, REFERENCE, Study, Summary, Switch, figures, page,
+    Arm, CompareError, Findings, Paired, Part, PeerRuns, Peers, Study, Summary, Switch, figures, latex, page,
 };
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
 #[derive(clap::Args)]
@@ -24,6 +30,17 @@ pub(in crate::cli) struct Compare {
     /// Names of built-in arms, or parameter files of arms, instead of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
     #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
     arm: Vec<PathBuf>,
+    /// Names of laws, instead of all laws
+    #[arg(long, value_name = "LAW,…", value_delimiter = ',', value_parser = PossibleValuesParser::new(Law::names()).try_map(|name| name.parse::<Law>()))]
+    laws: Vec<Law>,
+    /// Write the runs as compare.csv too, a row a run
+    #[arg(long, conflicts_with_all = ["part", "reconfigure", "constraints", "posture"])]
+    csv: bool,
+    /// Write the tables as LaTeX too, with booktabs
+    #[arg(long, conflicts_with = "part")]
+    latex: bool,
+    #[command(flatten)]
+    width: FigureWidth,
     /// Only part K of N, to compare-K-of-N.jsonl, on one of several machines
     #[arg(long, value_name = "K/N")]
     part: Option<Part>,
@@ -49,18 +66,27 @@ impl Compare {
             [] => Arm::builtin()?,
             arms => arms.iter().map(|arm| Arm::named(arm)).collect::<Result<_, _>>()?,
         };
+        let (part, switch) = (self.part.unwrap_or(Part::WHOLE), self.switch());
+        let laws: Vec<_> = Law::all().filter(|law| self.laws.is_empty() || self.laws.contains(law)).collect();
+        if let ([law], None, None) = (laws.as_slice(), self.part, switch) {
+            return Err(CompareError::OneLaw(law.name().to_owned()).into());
+        }
         dq_figures::make_folder(&self.out)?;
-        let progress = Progress::new("gains", Study::gain_count(arms.len()));
-        let study =
-            Study::new(arms, self.tasks, self.seed, &self.out.join("gains.json"), || progress.add(1))?;
-        progress.end();
-        if let Some(switch) = self.switch() {
+        let mut study = Study::new(arms, laws, self.tasks, self.seed)?;
+        let gains = self.out.join("gains.json");
+        study.read_gains(&gains)?;
+        self.announce(&study, part, switch)?;
+        if study.gains.is_empty() {
+            let progress = Progress::new("gains", study.gain_count());
+            study.choose_gains(&gains, || progress.add(1))?;
+            progress.end();
+        }
+        if let Some(switch) = switch {
             return self.switched(&study, switch);
         }
         // The tasks are written first, so that other programs can run them at the same time.
         study.write_tasks(&self.out.join("tasks.jsonl"))?;
-        let part = self.part.unwrap_or(Part::WHOLE);
-        let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
+        let name = self.runs_name();
         if let Some(parts) = self.merge {
             study.merge(&self.out, parts, &self.out.join(&name))?;
         }
@@ -73,6 +99,26 @@ impl Compare {
             Some(_) => Ok(print_line!("{count} runs are in {}", file.display())?),
             None => self.summarize(&study, &file),
         }
+    }
+
+    /// Says on stderr how long the runs will take.
+    fn announce(&self, study: &Study, part: Part, switch: Option<Switch>) -> crate::cli::Result<()> {
+        let runs = part.runs(study.run_count());
+        let count = runs.end - runs.start;
+        let lines = File::open(self.out.join(self.runs_name()));
+        let existing = lines.map_or(0, |file| BufReader::new(file).split(b'\n').count() as u64);
+        let (count, estimate) = match switch {
+            Some(switch) => (study.switched_count(), study.estimate_switched(switch)?),
+            None if self.merge.is_some() => (count, study.estimate(part, count)?),
+            None => (count, study.estimate(part, existing)?),
+        };
+        stderr::line(format!("{count} runs, about {} on this machine", about(estimate)));
+        Ok(())
+    }
+
+    /// Returns the name of the file of runs.
+    fn runs_name(&self) -> String {
+        self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name())
     }
 
     fn switch(&self) -> Option<Switch> {
@@ -95,30 +141,69 @@ impl Compare {
         progress.end();
         let names = switch.names();
         let past: Vec<_> = rows.iter().map(Paired::past_itself).collect();
-        let (all, past) = (Paired::table(&rows, &names), Paired::table(&past, &names));
-        let mut tables = format!("{all}\nWhere no way through the arm itself counts:\n\n{past}");
-        for (program, rows) in peers.beside(&rows) {
-            let ours = format!("{} with {} {}", REFERENCE.0, switch.parameter(), names[1]);
-            tables += &format!("\n{}", Paired::table(&rows, &[ours, program]));
+        let name = switch.parameter();
+        let mut tables = vec![
+            (format!("What settles with {name}"), Paired::table(&rows, &names)),
+            ("If a path through the arm itself does not count".to_owned(), Paired::table(&past, &names)),
+        ];
+        let law = study.baseline();
+        for (program, rows) in peers.beside(law.name(), &rows) {
+            let ours = format!("{law} with {name} {}", names[1]);
+            tables.push((format!("{ours}, and {program}"), Paired::table(&rows, &[ours, program])));
         }
-        let file = self.out.join(format!("{}.md", switch.parameter()));
-        dq_figures::write(&file, tables.as_bytes())?;
-        Ok(print_line!("{tables}")?)
+        let [markdown, latex]: [Vec<_>; 2] = [
+            tables.iter().map(|(title, table)| format!("{title}:\n\n{}", table.markdown())).collect(),
+            tables.iter().map(|(title, table)| table.latex(title)).collect(),
+        ];
+        self.write(name, &markdown.join("\n"), &latex.join("\n"))?;
+        Ok(print_line!("{}", markdown.join("\n"))?)
+    }
+
+    /// Writes tables as Markdown, and as LaTeX if that was requested.
+    fn write(&self, name: &str, markdown: &str, latex: &str) -> crate::cli::Result<()> {
+        dq_figures::write(&self.out.join(format!("{name}.md")), markdown.as_bytes())?;
+        if self.latex {
+            dq_figures::write(&self.out.join(format!("{name}.tex")), latex.as_bytes())?;
+        }
+        Ok(())
     }
 
     fn summarize(&self, study: &Study, file: &Path) -> crate::cli::Result<()> {
         let summary = Summary::read(study, file)?;
         let peers = Peers::read(study, &summary, &self.out.join("peers.jsonl"))?;
         let findings = Findings::new(study, &summary, &peers)?;
-        dq_figures::save(&figures(&findings, &summary), &self.out, Width::Screen)?;
+        dq_figures::save(&figures(&findings, &summary), &self.out, self.width.width)?;
+        if self.csv {
+            study.write_csv(file, &self.out.join("compare.csv"))?;
+        }
         let json = serde_json::to_string(&findings).map_err(std::io::Error::from)? + "\n";
         dq_figures::write(&self.out.join("compare.json"), json.as_bytes())?;
         let page = page(&findings);
-        dq_figures::write(&self.out.join("what_the_laws_do.md"), page.as_bytes())?;
+        self.write("what_the_laws_do", &page, &latex(&findings))?;
         print_line!(
             "{page}\ncompare.jsonl, compare.json, figures and this page are in {}",
             self.out.display()
         )?;
         Ok(())
+    }
+}
+
+/// Formats a duration roughly.
+fn about(duration: Duration) -> String {
+    match duration.as_secs_f64() {
+        s if s < 90.0 => format!("{:.0} s", s.max(1.0)),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_have_the_unit_that_a_reader_expects() {
+        let texts = [0.2, 59.6, 100.0, 5000.0, 9000.0].map(|s| about(Duration::from_secs_f64(s)));
+        assert_eq!(texts, ["1 s", "60 s", "2 min", "83 min", "2.5 h"]);
     }
 }

@@ -4,6 +4,7 @@ mod background_tasks;
 mod compare;
 mod demo;
 mod enter;
+mod figure_width;
 mod node_set;
 mod plot;
 mod progress;

@@ -1,13 +1,13 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
+use super::figure_width::FigureWidth;
 use super::table;
 use crate::cli::Usage;
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use comfy_table::Table;
 use dq_core::servo::Goal;
-use dq_figures::{DrawError, Figure, Width};
+use dq_figures::{DrawError, Figure};
 use dq_kinematics::arm::{Chain, JointKind};
 use dq_ros::ros::RosArgs;
 use dq_ros::stderr;
@@ -24,9 +24,8 @@ pub(in crate::cli) struct Plot {
     /// Folder for the figures (SVG and PNG): a new one, or one with figures of the same bags
     #[arg(short, long, value_name = "DIR", default_value = "plots")]
     out: PathBuf,
-    /// Width of the figures: for a screen, or for one column (3.5 in) or both columns (7.16 in) of a paper
-    #[arg(long, default_value_t = Width::Screen, value_parser = PossibleValuesParser::new(Width::NAMES).try_map(|name| name.parse::<Width>()))]
-    width: Width,
+    #[command(flatten)]
+    width: FigureWidth,
     /// Write the curves as CSV too
     #[arg(long)]
     csv: bool,
@@ -63,7 +62,7 @@ impl Plot {
         }
         let figures = plot(&runs);
         self.claim_folder(&figures)?;
-        dq_figures::save(&figures, &self.out, self.width)?;
+        dq_figures::save(&figures, &self.out, self.width.width)?;
         if self.csv {
             self.write_curves(&runs)?;
         }

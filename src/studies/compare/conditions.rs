@@ -29,9 +29,12 @@ impl Plant {
 /// The angle of one count of a 13-bit encoder \[rad\].
 const COUNT: f64 = std::f64::consts::TAU / 8192.0;
 
+/// The name of the plant with fresh joint states.
+pub(super) const FRESH: &str = "ideal";
+
 /// The plants that are compared.
 pub const PLANTS: [Plant; 6] = [
-    Plant { name: "ideal", latency: 0, noise: 0.0 },
+    Plant { name: FRESH, latency: 0, noise: 0.0 },
     Plant { name: "latency_5ms", latency: 1, noise: 0.0 },
     Plant { name: "latency_20ms", latency: 4, noise: 0.0 },
     Plant { name: "latency_50ms", latency: 10, noise: 0.0 },

@@ -53,7 +53,7 @@ impl Study {
     ///
     /// # Errors
     /// [`CompareError::File`], [`CompareError::OtherRuns`], [`CompareError::Damaged`]; [`CompareError::Count`] if runs are missing.
-    pub fn read(&self, file: &Path, each: impl FnMut(Record<'static>)) -> Result<(), CompareError> {
+    pub fn read(&self, file: &Path, each: impl FnMut(Record)) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);
         let (lines, expected) = (File::open(file).map_err(error)?, self.run_count());
         let WholeLines { count, bytes } = self.lines(file, &lines, &(0..expected), each)?;
@@ -62,6 +62,22 @@ impl Study {
             true => Ok(()),
             false => Err(CompareError::Count { file: file.display().to_string(), count, expected }),
         }
+    }
+
+    /// Writes the runs in `lines` to `csv`, one row per run. The first row has the names of the columns. An unknown number is empty.
+    ///
+    /// # Errors
+    /// [`CompareError::File`], and the errors of [`read`](Self::read).
+    pub fn write_csv(&self, lines: &Path, csv: &Path) -> Result<(), CompareError> {
+        let error = |why| CompareError::file(csv, why);
+        let mut writer = BufWriter::new(File::create(csv).map_err(error)?);
+        let mut written = writeln!(writer, "{}", Record::COLUMNS);
+        self.read(lines, |record| {
+            if written.is_ok() {
+                written = writeln!(writer, "{}", record.csv());
+            }
+        })?;
+        written.and_then(|()| writer.flush()).map_err(error)
     }
 
     /// Checks the complete lines. The first line, the last line, and one line of each cell must equal the results of this program.
@@ -100,13 +116,13 @@ impl Study {
         file: &Path,
         lines: &File,
         runs: &Range<u64>,
-        mut each: impl FnMut(Record<'static>),
+        mut each: impl FnMut(Record),
     ) -> Result<WholeLines, CompareError> {
         let (mut count, mut bytes, mut line) = (0, 0, Vec::new());
         let mut reader = BufReader::new(lines);
         let error = |why| CompareError::file(file, why);
         while reader.read_until(b'\n', &mut line).map_err(error)? > 0 && line.ends_with(b"\n") {
-            let record: Record<'static> =
+            let record: Record =
                 serde_json::from_slice(&line).map_err(|_| CompareError::damaged(file, count))?;
             let number = runs.start + count;
             if number >= runs.end || !record.is_of(&self.run(number)) {

@@ -1,14 +1,16 @@
 //! The comparison in numbers: `compare.json`.
 
+use super::conditions::FRESH;
 use super::latency::ageing;
+use super::matching::gain_range;
 use super::pairs::{Comparison, Quantity, comparisons};
 use super::summary::{Cell, Key, Summary, Z};
 use super::unmatched::unmatched;
 use super::{
-    Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, Peer, Peers, Record, StepTime, Study, Unmatched,
-    step_times,
+    Ageing, CompareError, Gain, HORIZON, Matched, PERIOD, Peer, Peers, REFERENCE, Record, StepTime, Study,
+    Unmatched, step_times,
 };
-use dq_kinematics::control::Law;
+use dq_kinematics::control::{Law, Map};
 use serde::{Deserialize, Serialize};
 
 /// The data for the page "What the laws do" and for its tables.
@@ -41,7 +43,7 @@ pub struct Findings {
     /// The time of a step, for each law.
     pub step_times: Vec<StepTime>,
     /// One run of each cell. A later version of this program can compare its results with these runs.
-    pub samples: Vec<Record<'static>>,
+    pub samples: Vec<Record>,
 }
 
 impl Findings {
@@ -50,7 +52,6 @@ impl Findings {
     /// # Errors
     /// The first error of a simulated run with older joint states. In practice, no simulated run fails.
     pub fn new(study: &Study, summary: &Summary, peers: &Peers) -> Result<Self, CompareError> {
-        let arms: Vec<_> = study.arms.iter().map(|arm| arm.name.clone()).collect();
         Ok(Self {
             tasks: study.tasks,
             seed: study.seed,
@@ -59,68 +60,75 @@ impl Findings {
             gains: study.gains.clone(),
             unmatched: unmatched(study)?,
             cells: summary.cells(Z),
-            comparisons: comparisons(summary, &arms, peers.comparisons()),
+            comparisons: comparisons(study, summary, peers.comparisons()),
             peers: peers.cells(),
             ageing: ageing(study, summary)?,
             step_times: step_times(study)?,
-            samples: study.sample()?.into_iter().map(Record::into_owned).collect(),
-            arms,
+            samples: study.sample()?,
+            arms: study.arms.iter().map(|arm| arm.name.clone()).collect(),
         })
     }
 
-    /// Returns the results of a law on `arm`, which may also be `all`; `None` if the findings do not have this cell.
-    pub fn cell(&self, matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Option<&Cell> {
-        let key = Key::new(matched, law, arm, limits, plant);
-        self.cells.iter().find(|cell| cell.key == key)
+    /// Returns the names of the laws.
+    pub fn laws(&self) -> Vec<&str> {
+        let mut laws: Vec<&str> = Vec::new();
+        for gain in &self.gains {
+            if !laws.contains(&&*gain.law) {
+                laws.push(&gain.law);
+            }
+        }
+        laws
     }
 
-    /// Returns how the law with the name `law` differs from `other`; `None` if the two were not compared.
-    pub fn comparison(
-        &self,
-        quantity: Quantity,
-        matched: Matched,
-        arm: &str,
-        limits: bool,
-        law: &str,
-        other: &str,
-    ) -> Option<Comparison> {
-        let of =
-            |c: &&Comparison| (c.quantity, c.matched, &*c.arm, c.limits) == (quantity, matched, arm, limits);
-        let between =
-            |a: &str, b: &str| self.comparisons.iter().filter(of).find(|c| c.laws[0] == a && c.laws[1] == b);
-        between(law, other).cloned().or_else(|| between(other, law).map(Comparison::reversed))
+    /// Returns the law with which the others are compared: the reference law or, if it was not compared, the first law.
+    pub fn baseline(&self) -> &str {
+        let (laws, reference) = (self.laws(), REFERENCE.0.name());
+        if laws.contains(&reference) { reference } else { laws.first().copied().unwrap_or(reference) }
+    }
+
+    /// Returns the cell with this key; `None` if the findings do not have it.
+    pub fn cell(&self, key: &Key) -> Option<&Cell> {
+        self.cells.iter().find(|cell| cell.key == *key)
+    }
+
+    /// Returns how the law of `key` differs from the law `other` under the conditions of `key`; `None` if the two were not compared.
+    pub fn comparison(&self, quantity: Quantity, key: &Key, other: &str) -> Option<Comparison> {
+        let of = |c: &&Comparison| {
+            (c.quantity, c.matched.name(), &c.arm, c.limits)
+                == (quantity, &*key.matched, &key.arm, key.limits)
+        };
+        let fresh = self.comparisons.iter().filter(|_| key.plant == FRESH).filter(of);
+        let between = |a: &str, b: &str| fresh.clone().find(|c| c.laws[0] == a && c.laws[1] == b);
+        between(&key.law, other).cloned().or_else(|| between(other, &key.law).map(Comparison::reversed))
     }
 
     /// Returns the smallest and the largest gain of a law on the arms [1/s].
-    pub fn gain_range(&self, matched: Matched, law: Law) -> (f64, f64) {
-        let gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law.name());
-        gains.fold((f64::INFINITY, 0.0), |(low, high), gain| (low.min(gain.gain), high.max(gain.gain)))
+    pub fn gain_range(&self, matched: Matched, law: &str) -> [f64; 2] {
+        gain_range(&self.gains, matched, law)
     }
 
-    /// Returns the largest percentage by which the gains of these laws miss their targets. Returns `None` if one of these laws
-    /// fails in more than half of the tasks.
-    pub fn most_off(&self, matched: Matched, of: impl Fn(Law) -> bool) -> Option<f64> {
-        let laws: Vec<_> = Law::all().filter(|law| of(*law)).map(|law| law.name()).collect();
-        let mut gains =
-            self.gains.iter().filter(|gain| gain.matched == matched && laws.contains(&&*gain.law));
-        gains.try_fold(0.0, |most: f64, gain| {
-            Some(most.max(100.0 * (gain.reached? / gain.target - 1.0).abs()))
-        })
+    /// Returns the largest percentage by which the gains of the laws with this map miss their targets. Returns `None` if one of
+    /// these laws fails in more than half of the tasks, or if there is no such law.
+    pub fn most_off(&self, matched: Matched, map: Map) -> Option<f64> {
+        let is_meant = |law: &str| law.parse::<Law>().is_ok_and(|law| law.map() == map);
+        let gains = self.gains.iter().filter(|gain| gain.matched == matched && is_meant(&gain.law));
+        let off = gains.map(|gain| Some(100.0 * (gain.reached? / gain.target - 1.0).abs()));
+        off.reduce(|one, other| Some(one?.max(other?))).flatten()
     }
 
     /// Returns whether the gain of a law is matched on every arm.
-    pub fn is_matched(&self, matched: Matched, law: Law) -> bool {
-        let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law.name());
+    pub fn is_matched(&self, matched: Matched, law: &str) -> bool {
+        let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law);
         gains.all(Gain::is_matched)
     }
 
     /// Returns how old joint states may be for a law; `None` if the findings do not have this law.
-    pub fn ageing(&self, law: Law, limits: bool) -> Option<&Ageing> {
-        self.ageing.iter().find(|ageing| ageing.law == law.name() && ageing.limits == limits)
+    pub fn ageing(&self, law: &str, limits: bool) -> Option<&Ageing> {
+        self.ageing.iter().find(|ageing| ageing.law == law && ageing.limits == limits)
     }
 
     /// Returns the median time of a step \[ns\]; `None` if it was not measured.
-    pub fn step_ns(&self, law: Law) -> Option<f64> {
-        self.step_times.iter().find(|time| time.law == law.name()).map(|time| time.ns[0])
+    pub fn step_ns(&self, law: &str) -> Option<f64> {
+        self.step_times.iter().find(|time| time.law == law).map(|time| time.ns[0])
     }
 }

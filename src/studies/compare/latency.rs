@@ -1,7 +1,7 @@
 //! Determines how old joint states may be.
 
 use super::closed_loop::{ClosedLoop, Outcome};
-use super::conditions::{PERIOD, PLANTS, Plant};
+use super::conditions::{FRESH, PERIOD, PLANTS, Plant};
 use super::matching::Matched;
 use super::summary::{Interval, Key, Summary, Z};
 use super::{CompareError, Study};
@@ -68,7 +68,7 @@ fn known(age: usize) -> Option<&'static Plant> {
 /// # Errors
 /// The first error of a simulated run. In practice, no simulated run fails.
 pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
-    let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));
+    let each = study.laws.iter().flat_map(|law| [false, true].map(|limits| (*law, limits)));
     each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
 }
 
@@ -137,13 +137,13 @@ impl Ages<'_> {
     fn settling(&self, numbers: Range<u32>) -> impl Iterator<Item = ArmTask> + '_ {
         let tasks = move |arm| numbers.clone().map(move |number| ArmTask { arm, number });
         let tasks = (0..self.study.arms.len()).flat_map(tasks);
-        tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
+        tasks.filter(|task| self.settles(*task, FRESH) == Some(true))
     }
 
     /// Returns whether a task settles with the plant `plant` of the comparison; `None` if the comparison has no such run.
     fn settles(&self, task: ArmTask, plant: &str) -> Option<bool> {
         let arm = &self.study.arms[task.arm].name;
-        let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);
+        let key = Key::new(Matched::SettlingTime, self.law.name(), arm, self.limits, plant);
         self.summary.rows(&key).get(task.number as usize).map(Option::is_some)
     }
 

@@ -2,7 +2,7 @@
 
 use super::CompareError;
 use super::arm::{Arm, Task};
-use super::closed_loop::{ClosedLoop, Outcome, Result as Ended};
+use super::closed_loop::{ClosedLoop, Result as Ended};
 use super::conditions::PLANTS;
 use dq_common::named;
 use dq_kinematics::control::{Law, Map};
@@ -24,15 +24,25 @@ named! {
 impl Matched {
     /// The settling time and the peak speed.
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
+
+    /// Returns the values of this quantity in some loops, in ascending order.
+    pub(super) fn sorted(self, loops: &[Ended]) -> Vec<f64> {
+        let value = |ended: &Ended| match self {
+            Self::SettlingTime => ended.settled().unwrap_or(f64::INFINITY),
+            Self::PeakSpeed => ended.figures.peak_joint_speed,
+        };
+        let mut values: Vec<_> = loops.iter().map(value).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    }
+
+    fn median(self, loops: &[Ended]) -> f64 {
+        self.sorted(loops)[loops.len() / 2]
+    }
 }
 
 /// The reference law and its gain [1/s]. The gains of the other laws are matched to the reference.
 pub const REFERENCE: (Law, f64) = (Law::Logc, 2.0);
-
-/// Yields all laws except the reference.
-pub(super) fn others() -> impl Iterator<Item = Law> {
-    Law::all().filter(|law| *law != REFERENCE.0)
-}
 
 /// Number of tasks on which gains are chosen. With this many tasks, the settling times of laws with the damped inverse are accurate
 /// to [`CLOSE`]. Peak speeds vary more from task to task, and would need ten times as many tasks.
@@ -77,41 +87,16 @@ impl Gain {
     }
 }
 
+/// Returns the smallest and the largest gain of a law on the arms [1/s].
+pub(super) fn gain_range(gains: &[Gain], matched: Matched, law: &str) -> [f64; 2] {
+    let gains = gains.iter().filter(|gain| gain.matched == matched && gain.law == law);
+    gains.fold([f64::INFINITY, 0.0], |[low, high], gain| [low.min(gain.gain), high.max(gain.gain)])
+}
+
 /// Tasks of an arm on which gains are chosen, or on which the choice is judged. The comparison itself uses other tasks.
 pub(super) struct Tasks<'a> {
     arm: &'a Arm,
     tasks: Vec<Task>,
-}
-
-/// The median settling time \[s\] and peak joint speed [rad/s] over some tasks.
-#[derive(Clone, Copy, Debug)]
-struct Medians {
-    settling_time: f64,
-    peak_speed: f64,
-}
-
-impl Medians {
-    fn of(self, matched: Matched) -> f64 {
-        match matched {
-            Matched::SettlingTime => self.settling_time,
-            Matched::PeakSpeed => self.peak_speed,
-        }
-    }
-}
-
-/// The settling times \[s\] and the peak joint speeds [rad/s] of some tasks, each list in ascending order.
-pub(super) struct Sorted {
-    settling_time: Vec<f64>,
-    peak_speed: Vec<f64>,
-}
-
-impl Sorted {
-    pub fn of(&self, matched: Matched) -> &[f64] {
-        match matched {
-            Matched::SettlingTime => &self.settling_time,
-            Matched::PeakSpeed => &self.peak_speed,
-        }
-    }
 }
 
 impl<'a> Tasks<'a> {
@@ -125,33 +110,17 @@ impl<'a> Tasks<'a> {
         Self::new(arm, JUDGE_SEED)
     }
 
-    /// Returns the medians for `law` with `gain` over the first `count` tasks.
-    fn medians(&self, law: Law, gain: f64, count: usize) -> Result<Medians, CompareError> {
-        let runs = self.sorted(law, gain, count)?;
-        let median = |matched: Matched| runs.of(matched)[count / 2];
-        Ok(Medians { settling_time: median(Matched::SettlingTime), peak_speed: median(Matched::PeakSpeed) })
-    }
-
-    /// Runs `law` with `gain` on the first `count` tasks. Returns the settling times and the peak speeds, each in ascending order.
-    pub fn sorted(&self, law: Law, gain: f64, count: usize) -> Result<Sorted, CompareError> {
+    /// Runs `law` with `gain` on the first `count` tasks.
+    pub fn run(&self, law: Law, gain: f64, count: usize) -> Result<Vec<Ended>, CompareError> {
         let controller = self.arm.parameters.settings.controller.with_law(law, gain);
         let closed_loop = ClosedLoop { arm: self.arm, controller, plant: PLANTS[0], limits: false };
         let tasks = self.tasks[..count].par_iter().enumerate();
-        let ended = tasks.map(|(number, task)| closed_loop.run(task, number as u32));
-        let ended = ended.collect::<Result<Vec<Ended>, _>>()?;
-        let settling_time = |ended: &Ended| {
-            let settled = ended.outcome == Outcome::Settled;
-            ended.figures.settling_time().filter(|_| settled).unwrap_or(f64::INFINITY)
-        };
-        let sorted = |value: &dyn Fn(&Ended) -> f64| {
-            let mut values: Vec<_> = ended.iter().map(value).collect();
-            values.sort_by(f64::total_cmp);
-            values
-        };
-        Ok(Sorted {
-            settling_time: sorted(&settling_time),
-            peak_speed: sorted(&|ended| ended.figures.peak_joint_speed),
-        })
+        tasks.map(|(number, task)| closed_loop.run(task, number as u32)).collect()
+    }
+
+    /// Runs the reference law on the first `count` tasks.
+    fn run_reference(&self, count: usize) -> Result<Vec<Ended>, CompareError> {
+        self.run(REFERENCE.0, REFERENCE.1, count)
     }
 }
 
@@ -163,7 +132,7 @@ impl<'a> Tasks<'a> {
 pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     let pilots = Tasks::new(arm, PILOT_SEED)?;
     let matched = Matched::SettlingTime;
-    let target = pilots.medians(REFERENCE.0, REFERENCE.1, FEW)?.of(matched);
+    let target = matched.median(&pilots.run_reference(FEW)?);
     let search = Search { pilots: &pilots, law, matched, target, count: FEW };
     let gain = search.fine(search.coarse()?)?;
     match search.median(gain)?.is_finite() {
@@ -172,53 +141,58 @@ pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     }
 }
 
-/// Chooses the gain of each law on an arm, once for equal settling time and once for equal peak speed.
+/// Chooses the gains of `laws` on an arm, once for equal settling time and once for equal peak speed.
 ///
 /// # Errors
 /// The first error of a simulated run. In practice, no simulated run fails.
-pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareError> {
+pub(super) fn gains(arm: &Arm, laws: &[Law], chosen: impl Fn()) -> Result<Vec<Gain>, CompareError> {
     let (pilots, judges) = (Tasks::new(arm, PILOT_SEED)?, Tasks::judges(arm)?);
-    let (few, all, judged) = (
-        pilots.medians(REFERENCE.0, REFERENCE.1, FEW)?,
-        pilots.medians(REFERENCE.0, REFERENCE.1, PILOTS)?,
-        judges.medians(REFERENCE.0, REFERENCE.1, PILOTS)?,
-    );
-    let gain = |matched: Matched, law: Law| {
-        let gain = if law == REFERENCE.0 {
-            REFERENCE.1
-        } else {
-            let near =
-                Search { pilots: &pilots, law, matched, target: few.of(matched), count: FEW }.coarse()?;
-            Search { pilots: &pilots, law, matched, target: all.of(matched), count: PILOTS }.fine(near)?
+    let (few, all, judged) =
+        (pilots.run_reference(FEW)?, pilots.run_reference(PILOTS)?, judges.run_reference(PILOTS)?);
+    let gain = |(matched, law): (Matched, Law)| {
+        let search = |loops: &[Ended], count| Search {
+            pilots: &pilots,
+            law,
+            matched,
+            target: matched.median(loops),
+            count,
         };
-        let reached = judges.medians(law, gain, PILOTS)?.of(matched);
+        let gain = match law == REFERENCE.0 {
+            true => REFERENCE.1,
+            false => search(&all, PILOTS).fine(search(&few, FEW).coarse()?)?,
+        };
+        let reached = matched.median(&judges.run(law, gain, PILOTS)?);
         chosen();
         Ok(Gain {
             matched,
             law: law.name().to_owned(),
             arm: arm.name.clone(),
             gain,
-            target: judged.of(matched),
+            target: matched.median(&judged),
             reached: reached.is_finite().then_some(reached),
         })
     };
-    Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| gain(matched, law))).collect()
+    each(laws).map(gain).collect()
 }
 
-/// Returns whether `kept` has the gains of all laws on these arms, with the same targets as this program measures.
+/// Yields each quantity with each law, in the order of the gains of an arm.
+fn each(laws: &[Law]) -> impl Iterator<Item = (Matched, Law)> {
+    Matched::ALL.into_iter().flat_map(move |matched| laws.iter().map(move |law| (matched, *law)))
+}
+
+/// Returns whether `kept` has the gains of all `laws` on these arms, with the same targets as this program measures.
 ///
 /// # Errors
 /// The first error of a simulated run. In practice, no simulated run fails.
-pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
+pub(super) fn are_gains_of(arms: &[Arm], laws: &[Law], kept: &[Gain]) -> Result<bool, CompareError> {
     let mut kept = kept.iter();
     for arm in arms {
-        let judged = Tasks::judges(arm)?.medians(REFERENCE.0, REFERENCE.1, PILOTS)?;
-        for (matched, law) in
-            Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| (matched, law)))
-        {
+        let judged = Tasks::judges(arm)?.run_reference(PILOTS)?;
+        let targets = Matched::ALL.map(|matched| matched.median(&judged));
+        for (matched, law) in each(laws) {
             let is = |gain: &Gain| {
                 (gain.matched, &*gain.law, &*gain.arm) == (matched, law.name(), &*arm.name)
-                    && (gain.target / judged.of(matched) - 1.0).abs() < ROUNDING
+                    && (gain.target / targets[matched as usize] - 1.0).abs() < ROUNDING
             };
             if !kept.next().is_some_and(is) {
                 return Ok(false);
@@ -226,6 +200,11 @@ pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareE
         }
     }
     Ok(kept.next().is_none())
+}
+
+/// Returns the gain at which the search for the gain of a law starts [1/s].
+pub(super) fn first_gain(law: Law) -> f64 {
+    if law.map() == Map::Transpose { 50.0 } else { REFERENCE.1 }
 }
 
 /// A search for the gain at which a law has the value `target` on the first `count` tasks.
@@ -239,7 +218,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn median(&self, gain: f64) -> Result<f64, CompareError> {
-        Ok(self.pilots.medians(self.law, gain, self.count)?.of(self.matched))
+        Ok(self.matched.median(&self.pilots.run(self.law, gain, self.count)?))
     }
 
     /// Doubles or halves the gain until the target lies between the values of two gains. Then halves the interval between these
@@ -255,7 +234,7 @@ impl Search<'_> {
                 Matched::PeakSpeed => median >= self.target,
             })
         };
-        let mut gain = if self.law.map() == Map::Transpose { 50.0 } else { REFERENCE.1 };
+        let mut gain = first_gain(self.law);
         let first = enough(gain)?;
         let mut step = if first { 0.5 } else { 2.0 };
         while enough(gain * step)? == first && gain * step < HIGHEST && gain * step > 1.0 / HIGHEST {

@@ -5,6 +5,7 @@
 mod arm;
 mod closed_loop;
 mod conditions;
+mod estimate;
 mod figures;
 mod file;
 mod findings;
@@ -18,8 +19,6 @@ mod part;
 mod peer_runs;
 mod peers;
 mod record;
-mod run;
-mod sentences;
 mod study;
 mod summary;
 mod switch;
@@ -27,6 +26,7 @@ mod tables;
 mod templates;
 mod timing;
 mod unmatched;
+mod values;
 
 pub use arm::{Arm, Task};
 pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
@@ -35,7 +35,7 @@ pub use figures::figures;
 pub use findings::Findings;
 pub use latency::Ageing;
 pub use matching::{Gain, Matched, REFERENCE, settling_gain};
-pub use page::page;
+pub use page::{latex, page};
 pub use paired::{End, Paired};
 pub use pairs::{Comparison, Quantity, holm, sign_test};
 pub use part::Part;
@@ -45,6 +45,7 @@ pub use record::Record;
 pub use study::Study;
 pub use summary::{ALL_ARMS, Cell, Interval, Key, Row, Summary};
 pub use switch::Switch;
+pub use tables::Table;
 pub use timing::{StepTime, step_times};
 pub use unmatched::Unmatched;
 
@@ -87,6 +88,11 @@ pub enum CompareError {
         /// The reason why the file cannot be read.
         why: std::io::Error,
     },
+    /// There is a single law.
+    #[error(
+        "{0} alone has nothing to be compared with: name another law, or use --part, --reconfigure, --constraints or --posture"
+    )]
+    OneLaw(String),
     /// A file cannot be read or written.
     #[error("{file}: {why}")]
     File {
@@ -97,7 +103,7 @@ pub enum CompareError {
     },
     /// The file has gains of other arms or laws, or of another version of this program.
     #[error(
-        "{file} has gains of other arms or of another version of this program: delete it to choose the gains again"
+        "{file} has gains of other arms or laws, or of another version of this program: delete it to choose the gains again"
     )]
     OtherGains {
         /// The name of the file.

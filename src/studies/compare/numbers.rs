@@ -14,14 +14,15 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-pub(super) fn range(low: f64, high: f64) -> String {
+pub(super) fn range([low, high]: [f64; 2]) -> String {
     match number(low) == number(high) {
         true => number(low),
         false => format!("{} to {}", number(low), number(high)),
     }
 }
 
-pub(super) fn median(interval: Option<Interval>) -> String {
+/// Formats an interval; a dash for `None`.
+pub(super) fn brief(interval: Option<Interval>) -> String {
     interval.map_or("-".to_owned(), |interval| bracketed(interval, number))
 }
 
@@ -35,9 +36,13 @@ pub(super) fn time(interval: Option<Interval>, horizon: f64) -> String {
     }
 }
 
-pub(super) fn percent(interval: Option<Interval>) -> String {
-    let Some(Interval { value, low, high }) = interval else { return "-".to_owned() };
-    format!("{value:.1} % [{low:.1}, {high:.1}]")
+/// Formats a percentage without its sign, as for a column in %.
+pub(super) fn share(interval: Interval) -> String {
+    bracketed(interval, |value| format!("{value:.1}"))
+}
+
+pub(super) fn percent(interval: Interval) -> String {
+    share(interval).replacen(' ', " % ", 1)
 }
 
 /// Formats a difference with its sign.

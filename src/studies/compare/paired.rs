@@ -1,10 +1,9 @@
 //! Compares, task by task, whether tasks settle under two conditions.
 
-use super::numbers::{percent, probability, signed};
-use super::sign_test;
+use super::numbers::{probability, share, signed};
 use super::summary::{Interval, Z};
+use super::{Table, sign_test};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 /// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,29 +75,32 @@ impl Paired {
     ///
     /// The columns are: the percentages of tasks that settle, with 95 % intervals; the numbers of tasks that settle under one
     /// condition only; the probability that the difference is chance; and how much later tasks settle under the second condition.
-    pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> String {
-        let mut table = format!(
-            "| law | arm | tasks | settled, {first} [%] | settled, {second} [%] | only {first}, only {second} | p | {second} later [s] | not \
-             settled, {second} |\n|---|---|---|---|---|---|---|---|---|\n"
-        );
-        for row in rows {
-            let (tasks, alone) = (row.tasks.len(), row.alone());
-            let shares = row.counts().map(|count| percent(Some(Interval::share(count, tasks, Z))));
+    pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> Table {
+        let row = |row: &Self| {
+            let (tasks, [only_first, only_second]) = (row.tasks.len(), row.alone());
+            let shares = row.counts().map(|count| share(Interval::share(count, tasks, Z)));
             let rest: Vec<_> = row.rest().iter().map(|(end, count)| format!("{count} {end}")).collect();
-            let _ = writeln!(
-                table,
-                "| {} | {} | {tasks} | {} | {} | {}, {} | {} | {} | {} |",
-                row.law,
-                row.arm,
-                shares[0],
-                shares[1],
-                alone[0],
-                alone[1],
-                probability(sign_test(alone[0], alone[1])),
-                row.later().map_or("-".to_owned(), signed),
-                rest.join("; ")
-            );
-        }
-        table
+            let later = row.later().map_or("-".to_owned(), signed);
+            let p = probability(sign_test(only_first, only_second));
+            let only = format!("{only_first}, {only_second}");
+            [
+                &[row.law.clone(), row.arm.clone(), tasks.to_string()][..],
+                &shares,
+                &[only, p, later, rest.join("; ")],
+            ]
+            .concat()
+        };
+        let head = [
+            "law",
+            "arm",
+            "tasks",
+            &format!("settled, {first} [%]"),
+            &format!("settled, {second} [%]"),
+            &format!("only {first}, only {second}"),
+            "p",
+            &format!("{second} later [s]"),
+            &format!("not settled, {second}"),
+        ];
+        Table::new(head, rows.iter().map(row))
     }
 }

@@ -4,10 +4,8 @@ use dq_common::named;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
-use super::matching::others;
 use super::summary::{Interval, Key, Row, Summary, Z};
-use super::{ALL_ARMS, Matched, REFERENCE};
-use dq_kinematics::control::Law;
+use super::{ALL_ARMS, Matched, Study};
 
 named! {
     /// A quantity in which two laws are compared.
@@ -117,31 +115,30 @@ impl Interval {
 }
 
 /// Makes all comparisons: of every pair of laws on all arms together with gains for equal settling time, and otherwise of each law
-/// with the reference law. Adjusts their p-values together with those of the comparisons `more`.
-pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
+/// with the study's [baseline](Study::baseline). Adjusts their p-values together with those of the comparisons `more`.
+pub(super) fn comparisons(study: &Study, summary: &Summary, more: Vec<Comparison>) -> Vec<Comparison> {
+    let (laws, baseline) = (&study.laws, study.baseline());
+    let all_quantities = [&[Quantity::Settled][..], &FIGURES].concat();
+    let with_baseline: Vec<_> =
+        laws.iter().filter(|law| **law != baseline).map(|law| [law.name(), baseline.name()]).collect();
+    let pairs = laws
+        .iter()
+        .enumerate()
+        .flat_map(|(i, first)| laws[i + 1..].iter().map(move |second| [first.name(), second.name()]));
+    let pairs: Vec<_> = pairs.collect();
     let mut all = Vec::new();
     for limits in [false, true] {
-        let mut add = |matched: Matched, arm: &str, pairs: &[[Law; 2]], quantities: &[Quantity]| {
+        let mut add = |matched: Matched, arm: &str, pairs: &[[&str; 2]], quantities: &[Quantity]| {
             for laws in pairs {
-                let of = |law: Law| summary.rows(&Key::new(matched, law, arm, limits, "ideal"));
-                let rows = laws.map(of);
-                let names = || laws.map(|law| law.name().to_owned());
-                all.extend(
-                    quantities
-                        .iter()
-                        .filter_map(|quantity| compared(*quantity, matched, arm, limits, names(), rows)),
-                );
+                let keys = laws.map(|law| Key::fresh(matched, law, arm, limits));
+                let both = keys.each_ref().map(|key| (key, summary.rows(key)));
+                all.extend(quantities.iter().filter_map(|quantity| compared(*quantity, matched, both)));
             }
         };
-        let with_reference: Vec<_> = others().map(|law| [law, REFERENCE.0]).collect();
-        let each: Vec<_> = Law::all()
-            .enumerate()
-            .flat_map(|(i, first)| Law::all().skip(i + 1).map(move |second| [first, second]))
-            .collect();
-        add(Matched::SettlingTime, ALL_ARMS, &each, &[&[Quantity::Settled][..], &FIGURES].concat());
-        add(Matched::PeakSpeed, ALL_ARMS, &with_reference, &[&[Quantity::Settled][..], &FIGURES].concat());
-        for arm in arms {
-            add(Matched::SettlingTime, arm, &with_reference, &[Quantity::Settled]);
+        add(Matched::SettlingTime, ALL_ARMS, &pairs, &all_quantities);
+        add(Matched::PeakSpeed, ALL_ARMS, &with_baseline, &all_quantities);
+        for arm in &study.arms {
+            add(Matched::SettlingTime, &arm.name, &with_baseline, &[Quantity::Settled]);
         }
     }
     all.extend(more);
@@ -155,14 +152,11 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparis
 pub(super) fn compared(
     quantity: Quantity,
     matched: Matched,
-    arm: &str,
-    limits: bool,
-    laws: [String; 2],
-    [first, second]: [&[Option<Row>]; 2],
+    [(key, first), (other, second)]: [(&Key, &[Option<Row>]); 2],
 ) -> Option<Comparison> {
     let (pairs, more, difference) = compare(quantity, first, second)?;
-    let p = sign_test(more[0], more[1]);
-    let arm = arm.to_owned();
+    let (p, laws) = (sign_test(more[0], more[1]), [key.law.clone(), other.law.clone()]);
+    let (arm, limits) = (key.arm.clone(), key.limits);
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 

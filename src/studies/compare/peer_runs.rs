@@ -3,7 +3,7 @@
 
 use super::paired::{End, Paired};
 use super::record::Record;
-use super::{CompareError, REFERENCE, Study};
+use super::{CompareError, Study};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
@@ -27,7 +27,7 @@ impl PeerRuns {
         let mut runs = Self::default();
         for record in records {
             if record.limits {
-                let of_arm = (record.law.into_owned(), record.arm.into_owned());
+                let of_arm = (record.law, record.arm);
                 let tasks = runs.0.entry(of_arm).or_default();
                 if record.task as usize != tasks.len() {
                     return Err(other());
@@ -55,11 +55,11 @@ impl PeerRuns {
         Ok(true)
     }
 
-    /// Compares the reference law under its second condition with each program, on the tasks that both the law and the program have
+    /// Compares `law` under its second condition with each program, on the tasks that both the law and the program have
     /// run. Returns the name of each program with a row for each arm.
-    pub fn beside(&self, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
+    pub fn beside(&self, law: &str, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
         let mut tables: BTreeMap<&str, Vec<Paired>> = BTreeMap::new();
-        for row in rows.iter().filter(|row| row.law == REFERENCE.0.name()) {
+        for row in rows.iter().filter(|row| row.law == law) {
             for ((program, _), theirs) in self.0.iter().filter(|((_, arm), _)| *arm == row.arm) {
                 let end = |settled| End { settled, through_itself: false, words: "failed".to_owned() };
                 let both = row.tasks.iter().zip(theirs);

@@ -1,14 +1,15 @@
 //! Other programs that run the tasks of the comparison. `tests/benches/compare_peers.py` runs these programs.
 
+use super::matching::gain_range;
 use super::pairs::{Comparison, FIGURES, Quantity, compared};
 use super::record::Record;
-use super::summary::{ALL_ARMS, Cell, Key, Row, Summary, Z};
-use super::{CompareError, Matched, REFERENCE, Study};
+use super::summary::{ALL_ARMS, Cell, Key, Summary, Z};
+use super::{CompareError, Matched, Study};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The results of another program, or of the reference law, on the same tasks. Joint states are fresh, and gains are for equal
+/// The results of another program, or of the study's baseline, on the same tasks. Joint states are fresh, and gains are for equal
 /// settling time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Peer {
@@ -19,15 +20,17 @@ pub struct Peer {
     pub gains: [f64; 2],
 }
 
-/// The runs of other programs and of the reference law on the first tasks of each arm.
+/// The runs of other programs and of the study's baseline on the first tasks of each arm.
 #[derive(Clone, Debug, Default)]
 pub struct Peers {
     summary: Summary,
     gains: BTreeMap<Key, [f64; 2]>,
+    /// The law of the study with which the programs are compared.
+    baseline: &'static str,
 }
 
 impl Peers {
-    /// Reads `peers.jsonl`, if it exists. Takes the runs of the reference law from `summary`.
+    /// Reads `peers.jsonl`, if it exists. Takes the runs of the study's baseline from `summary`.
     ///
     /// # Errors
     /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] unless all programs have run the same number
@@ -37,11 +40,12 @@ impl Peers {
         let mut tasks: BTreeMap<Key, Vec<(String, u32)>> = BTreeMap::new();
         for record in Record::read_all(file)? {
             let key = peers.add(&record);
-            tasks.entry(key).or_default().push((record.arm.into_owned(), record.task));
+            tasks.entry(key).or_default().push((record.arm, record.task));
         }
         let Some(count) = tasks.values().next().map(|tasks| tasks.len() / study.arms.len()) else {
             return Ok(peers);
         };
+        peers.baseline = study.baseline().name();
         let each =
             |arm: &super::Arm| (0..count as u32).map(|task| (arm.name.clone(), task)).collect::<Vec<_>>();
         let expected: Vec<_> = study.arms.iter().flat_map(each).collect();
@@ -49,11 +53,13 @@ impl Peers {
             return Err(CompareError::OtherPeers { file: file.display().to_string() });
         }
         for limits in [false, true] {
-            let gain = REFERENCE.1;
-            let key = |arm: &str| Key::new(Matched::SettlingTime, REFERENCE.0, arm, limits, "ideal");
+            let key = |arm: &str| Key::fresh(Matched::SettlingTime, peers.baseline, arm, limits);
+            let (all, gains) =
+                (key(ALL_ARMS), gain_range(&study.gains, Matched::SettlingTime, peers.baseline));
             let of = |arm: &super::Arm| summary.rows(&key(&arm.name)).iter().take(count);
-            peers.summary.set(key(ALL_ARMS), study.arms.iter().flat_map(of).copied().collect());
-            peers.gains.insert(key(ALL_ARMS), [gain, gain]);
+            let rows = study.arms.iter().flat_map(of).copied().collect();
+            peers.summary.set(all.clone(), rows);
+            peers.gains.insert(all, gains);
         }
         Ok(peers)
     }
@@ -67,26 +73,22 @@ impl Peers {
         key
     }
 
-    /// Returns the results of every program and of the reference law; empty if no other program has run.
+    /// Returns the results of every program and of the study's baseline; empty if no other program has run.
     pub(super) fn cells(&self) -> Vec<Peer> {
         let gains = |cell: &Cell| self.gains.get(&cell.key).copied().unwrap_or_default();
         self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()
     }
 
-    /// Compares each program with the reference law, on the tasks that both the program and the law have run. The probabilities are
+    /// Compares each program with the study's baseline, on the tasks that both the program and the law have run. The probabilities are
     /// not adjusted yet.
     pub(super) fn comparisons(&self) -> Vec<Comparison> {
-        let reference = |limits| Key::new(Matched::SettlingTime, REFERENCE.0, ALL_ARMS, limits, "ideal");
-        let rows = |key: &Key| -> &[Option<Row>] { self.summary.rows(key) };
-        let others = self.gains.keys().filter(|key| key.law != REFERENCE.0.name());
-        let each = others.flat_map(|key| {
-            let both = [rows(key), rows(&reference(key.limits))];
+        let mut all = Vec::new();
+        for key in self.gains.keys().filter(|key| key.law != self.baseline) {
+            let baseline = Key { law: self.baseline.to_owned(), ..key.clone() };
+            let both = [key, &baseline].map(|key| (key, self.summary.rows(key)));
             let quantities = [&[Quantity::Settled][..], &FIGURES].concat();
-            quantities.into_iter().filter_map(move |quantity| {
-                let laws = [key.law.clone(), REFERENCE.0.name().to_owned()];
-                compared(quantity, Matched::SettlingTime, ALL_ARMS, key.limits, laws, both)
-            })
-        });
-        each.collect()
+            all.extend(quantities.into_iter().filter_map(|it| compared(it, Matched::SettlingTime, both)));
+        }
+        all
     }
 }

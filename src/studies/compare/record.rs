@@ -1,32 +1,46 @@
 //! The lines of `compare.jsonl`.
 
 use super::CompareError;
+use super::arm::Arm;
 use super::closed_loop::Result as Ended;
-use super::run::Run;
+use super::conditions::Plant;
+use super::matching::Matched;
+use dq_kinematics::control::Law;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::Path;
 
+/// One run of the comparison: a law on an arm under certain conditions.
+#[derive(Clone, Copy)]
+pub(super) struct Run<'a> {
+    pub matched: Matched,
+    pub law: Law,
+    pub arm: &'a Arm,
+    pub limits: bool,
+    pub plant: Plant,
+    pub task: u32,
+    pub gain: f64,
+}
+
 /// A run and its result: a line of the file.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct Record<'a> {
+pub struct Record {
     /// The quantity that the gains make equal for all laws: settling_time or peak_speed.
-    pub matched: Cow<'a, str>,
+    pub matched: String,
     /// The name of the law.
-    pub law: Cow<'a, str>,
+    pub law: String,
     /// The name of the arm.
-    pub arm: Cow<'a, str>,
+    pub arm: String,
     /// Whether the servo's limits were on.
     pub limits: bool,
     /// The name of the plant.
-    pub plant: Cow<'a, str>,
+    pub plant: String,
     /// The number of the task.
     pub task: u32,
     /// The gain of the law [1/s].
     pub gain: f64,
     /// How the run ended: settled, or the reason of the failure.
-    pub outcome: Cow<'a, str>,
+    pub outcome: String,
     /// The time from which the errors of position and rotation stay below 2 % of their initial values \[s\]; `None` if they do not.
     pub settling_s: Option<f64>,
     /// The tool's path length divided by the distance between the ends of the path; `None` if that distance is below a millimeter.
@@ -39,19 +53,19 @@ pub struct Record<'a> {
     pub peak_rad_s: f64,
 }
 
-impl<'a> Record<'a> {
+impl Record {
     /// Creates the record of a run that ended as `ended`. Numbers have six digits, because further digits have no meaning.
-    pub(super) fn new(run: &Run<'a>, ended: &Ended) -> Self {
+    pub(super) fn new(run: &Run, ended: &Ended) -> Self {
         let figures = &ended.figures;
         Self {
-            matched: run.matched.name().into(),
-            law: run.law.name().into(),
-            arm: Cow::Borrowed(&run.arm.name),
+            matched: run.matched.name().to_owned(),
+            law: run.law.name().to_owned(),
+            arm: run.arm.name.clone(),
             limits: run.limits,
-            plant: run.plant.name.into(),
+            plant: run.plant.name.to_owned(),
             task: run.task,
             gain: six_digits(run.gain),
-            outcome: ended.outcome.name().into(),
+            outcome: ended.outcome.name().to_owned(),
             settling_s: ended.settled().map(six_digits),
             path_ratio: figures.path_ratio.map(six_digits),
             overshoot_mm: six_digits(1e3 * figures.overshoot),
@@ -60,35 +74,47 @@ impl<'a> Record<'a> {
         }
     }
 
+    /// The names of the columns of [`csv`](Self::csv).
+    pub(super) const COLUMNS: &str =
+        "matched,law,arm,limits,plant,task,gain,outcome,settling_s,path_ratio,overshoot_mm,effort,peak_rad_s";
+
+    /// Returns the run as a row of a CSV file.
+    pub(super) fn csv(&self) -> String {
+        let Self {
+            matched,
+            law,
+            arm,
+            limits,
+            plant,
+            task,
+            gain,
+            outcome,
+            overshoot_mm,
+            effort,
+            peak_rad_s,
+            ..
+        } = self;
+        let [settling, path] = [self.settling_s, self.path_ratio]
+            .map(|value| value.map_or(String::new(), |value| value.to_string()));
+        format!(
+            "{matched},{law},{arm},{limits},{plant},{task},{gain},{outcome},{settling},{path},{overshoot_mm},{effort},{peak_rad_s}"
+        )
+    }
+
     /// Reads the lines of `file`, which other programs have written. Returns an empty list if the file does not exist.
     ///
     /// # Errors
     /// [`CompareError::File`] or [`CompareError::Damaged`].
-    pub(super) fn read_all(file: &Path) -> std::result::Result<Vec<Record<'static>>, CompareError> {
+    pub(super) fn read_all(file: &Path) -> Result<Vec<Self>, CompareError> {
         let text = match std::fs::read_to_string(file) {
             Ok(text) => text,
             Err(why) if why.kind() == ErrorKind::NotFound => String::new(),
             Err(why) => return Err(CompareError::file(file, why)),
         };
-        let records = text.lines().enumerate().map(|(line, record)| {
-            let record: Record =
-                serde_json::from_str(record).map_err(|_| CompareError::damaged(file, line as u64))?;
-            Ok(record.into_owned())
-        });
-        records.collect()
-    }
-
-    /// Returns the record with owned names.
-    pub(super) fn into_owned(self) -> Record<'static> {
-        let own = |name: Cow<'_, str>| Cow::Owned(name.into_owned());
-        Record {
-            matched: own(self.matched),
-            law: own(self.law),
-            arm: own(self.arm),
-            plant: own(self.plant),
-            outcome: own(self.outcome),
-            ..self
-        }
+        let record = |(line, record)| {
+            serde_json::from_str(record).map_err(|_| CompareError::damaged(file, line as u64))
+        };
+        text.lines().enumerate().map(record).collect()
     }
 
     /// Returns whether the record is of this run, whatever its result is.

@@ -2,11 +2,10 @@
 
 use super::CompareError;
 use super::arm::Arm;
-use super::closed_loop::ClosedLoop;
+use super::closed_loop::{ClosedLoop, Result as Ended};
 use super::conditions::{PLANTS, Plant};
-use super::matching::{Gain, Matched, REFERENCE, are_gains_of, gains};
-use super::record::Record;
-use super::run::Run;
+use super::matching::{Gain, Matched, REFERENCE, are_gains_of, first_gain, gains};
+use super::record::{Record, Run};
 use dq_kinematics::control::Law;
 use rayon::prelude::*;
 use serde_json::json;
@@ -15,11 +14,13 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// A study: the arms, tasks and gains to compare.
+/// A study: the arms, laws, tasks and gains to compare.
 #[derive(Clone, Debug)]
 pub struct Study {
     /// The arms.
     pub arms: Vec<Arm>,
+    /// The laws, in the order of [`Law::all`].
+    pub laws: Vec<Law>,
     /// The number of tasks per arm.
     pub tasks: u32,
     /// The seed of the tasks.
@@ -48,58 +49,71 @@ fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
 }
 
 impl Study {
-    /// Creates a study. Takes the gains from `file` if it exists; otherwise chooses them and writes them to `file`.
+    /// Creates a study without gains.
     ///
     /// # Errors
-    /// [`CompareError::SameName`] for two arms with the same name; [`CompareError::File`]; [`CompareError::OtherGains`] if the file
-    /// has gains that this program would not choose for these arms.
-    pub fn new(
-        arms: Vec<Arm>,
-        tasks: u32,
-        seed: u64,
-        file: &Path,
-        chosen: impl Fn() + Sync,
-    ) -> Result<Self, CompareError> {
-        if let Some(twice) =
-            arms.iter().enumerate().find(|(i, arm)| arms[..*i].iter().any(|a| a.name == arm.name))
-        {
-            return Err(CompareError::SameName(twice.1.name.clone()));
+    /// [`CompareError::SameName`] for two arms with the same name.
+    pub fn new(arms: Vec<Arm>, laws: Vec<Law>, tasks: u32, seed: u64) -> Result<Self, CompareError> {
+        let is_twice = |(i, arm): &(usize, &Arm)| arms[..*i].iter().any(|other| other.name == arm.name);
+        match arms.iter().enumerate().find(is_twice) {
+            Some((_, arm)) => Err(CompareError::SameName(arm.name.clone())),
+            None => Ok(Self { arms, laws, tasks, seed, gains: Vec::new() }),
         }
-        let error = |why| CompareError::file(file, why);
-        let gains = match std::fs::read(file) {
-            Ok(text) => {
-                let kept: Vec<Gain> = serde_json::from_slice(&text).unwrap_or_default();
-                match are_gains_of(&arms, &kept)? {
-                    true => kept,
-                    false => return Err(CompareError::OtherGains { file: file.display().to_string() }),
-                }
-            }
-            Err(why) if why.kind() == ErrorKind::NotFound => {
-                let each = arms.par_iter().map(|arm| gains(arm, &chosen));
-                let gains = each.collect::<Result<Vec<_>, _>>()?.concat();
-                keep(file, &(serde_json::to_string(&gains)? + "\n")).map_err(error)?;
-                gains
-            }
-            Err(why) => return Err(error(why)),
-        };
-        Ok(Self { arms, tasks, seed, gains })
     }
 
-    /// Returns how many gains [`new`](Self::new) chooses for `arms` arms.
-    pub fn gain_count(arms: usize) -> u64 {
-        (Matched::ALL.len() * arms * Law::all().len()) as u64
+    /// Reads the gains from `file`, if it exists.
+    ///
+    /// # Errors
+    /// [`CompareError::File`]; [`CompareError::OtherGains`] if the file has gains that this program would not choose for these arms
+    /// and laws.
+    pub fn read_gains(&mut self, file: &Path) -> Result<(), CompareError> {
+        let text = match std::fs::read(file) {
+            Err(why) if why.kind() == ErrorKind::NotFound => return Ok(()),
+            text => text.map_err(|why| CompareError::file(file, why))?,
+        };
+        let kept: Vec<Gain> = serde_json::from_slice(&text).unwrap_or_default();
+        if !are_gains_of(&self.arms, &self.laws, &kept)? {
+            return Err(CompareError::OtherGains { file: file.display().to_string() });
+        }
+        self.gains = kept;
+        Ok(())
+    }
+
+    /// Chooses the gains and writes them to `file`. Calls `chosen` after each gain.
+    ///
+    /// # Errors
+    /// [`CompareError::File`]; the first error of a simulated run. In practice, no simulated run fails.
+    pub fn choose_gains(&mut self, file: &Path, chosen: impl Fn() + Sync) -> Result<(), CompareError> {
+        let each = self.arms.par_iter().map(|arm| gains(arm, &self.laws, &chosen));
+        self.gains = each.collect::<Result<Vec<_>, _>>()?.concat();
+        keep(file, &(serde_json::to_string(&self.gains)? + "\n")).map_err(|why| CompareError::file(file, why))
+    }
+
+    /// Returns how many gains [`choose_gains`](Self::choose_gains) chooses.
+    pub fn gain_count(&self) -> u64 {
+        (Matched::ALL.len() * self.arms.len() * self.laws.len()) as u64
     }
 
     /// Returns the number of runs.
     pub fn run_count(&self) -> u64 {
-        let cells = Law::all().len() * self.arms.len() * conditions().count();
+        let cells = self.laws.len() * self.arms.len() * conditions().count();
         cells as u64 * u64::from(self.tasks)
     }
 
-    /// Returns the gain of a law on an arm [1/s]; 0 if the arm is not in the study.
+    /// Returns the law with which the others are compared: the reference law or, if it is not compared, the first law.
+    pub fn baseline(&self) -> Law {
+        let reference = REFERENCE.0;
+        if self.laws.contains(&reference) {
+            reference
+        } else {
+            self.laws.first().copied().unwrap_or(reference)
+        }
+    }
+
+    /// Returns the gain of a law on an arm [1/s]. If the study has no such gain, returns the gain at which the search for it starts.
     pub fn gain(&self, matched: Matched, arm: &str, law: Law) -> f64 {
         let chosen = |gain: &&Gain| gain.matched == matched && gain.arm == arm && gain.law == law.name();
-        self.gains.iter().find(chosen).map_or(0.0, |gain| gain.gain)
+        self.gains.iter().find(chosen).map_or(first_gain(law), |gain| gain.gain)
     }
 
     /// Writes a line for each task of each arm. The line has the joint positions \[rad\] and the tool pose at the start, and the
@@ -144,8 +158,8 @@ impl Study {
         };
         let task = digit(u64::from(self.tasks)) as u32;
         let condition = digit(conditions().count() as u64);
-        let (arm, law) = (digit(self.arms.len() as u64), digit(Law::all().len() as u64));
-        let (arm, law) = (&self.arms[arm], Law::all().nth(law).unwrap_or(REFERENCE.0));
+        let (arm, law) = (digit(self.arms.len() as u64), digit(self.laws.len() as u64));
+        let (arm, law) = (&self.arms[arm], self.laws[law]);
         let condition = conditions().nth(condition);
         let (matched, limits, plant) = condition.unwrap_or((Matched::SettlingTime, false, PLANTS[0]));
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
@@ -164,17 +178,21 @@ impl Study {
     ///
     /// # Errors
     /// The first error of a simulated run. In practice, no simulated run fails.
-    pub fn sample(&self) -> Result<Vec<Record<'_>>, CompareError> {
+    pub fn sample(&self) -> Result<Vec<Record>, CompareError> {
         let numbers: Vec<_> = self.sampled().collect();
         numbers.into_par_iter().map(|number| self.record(number)).collect()
     }
 
     /// Runs the run with the number `number`.
-    pub(super) fn record(&self, number: u64) -> Result<Record<'_>, CompareError> {
+    pub(super) fn record(&self, number: u64) -> Result<Record, CompareError> {
         let run = self.run(number);
+        Ok(Record::new(&run, &self.ended(&run)?))
+    }
+
+    /// Runs a run.
+    pub(super) fn ended(&self, run: &Run) -> Result<Ended, CompareError> {
         let controller = run.arm.parameters.settings.controller.with_law(run.law, run.gain);
         let closed_loop = ClosedLoop { arm: run.arm, controller, plant: run.plant, limits: run.limits };
-        let ended = closed_loop.run(&run.arm.task(self.seed, run.task)?, run.task)?;
-        Ok(Record::new(&run, &ended))
+        closed_loop.run(&run.arm.task(self.seed, run.task)?, run.task)
     }
 }

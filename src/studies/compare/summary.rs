@@ -1,9 +1,9 @@
 //! Summarizes the runs, with confidence intervals.
 
 use super::closed_loop::HORIZON;
+use super::conditions::FRESH;
 use super::record::Record;
 use super::{CompareError, Matched, Outcome, Study};
-use dq_kinematics::control::Law;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -65,21 +65,22 @@ pub struct Key {
 }
 
 impl Key {
-    /// Creates the key of the runs under these conditions.
-    pub fn new(matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Self {
-        let (matched, law) = (matched.name().to_owned(), law.name().to_owned());
-        Self { matched, arm: arm.to_owned(), limits, plant: plant.to_owned(), law }
+    /// Creates the key of a law's runs under these conditions.
+    pub fn new(matched: Matched, law: &str, arm: &str, limits: bool, plant: &str) -> Self {
+        let [matched, law, arm, plant] = [matched.name(), law, arm, plant].map(str::to_owned);
+        Self { matched, arm, limits, plant, law }
+    }
+
+    /// Creates the key of a law's runs with fresh joint states.
+    pub fn fresh(matched: Matched, law: &str, arm: &str, limits: bool) -> Self {
+        Self::new(matched, law, arm, limits, FRESH)
     }
 
     /// Creates the key of the cell to which `record` belongs, for `arm` or for `all` arms.
     pub(super) fn of(record: &Record, arm: &str) -> Self {
-        Self {
-            matched: record.matched.clone().into_owned(),
-            arm: arm.to_owned(),
-            limits: record.limits,
-            plant: record.plant.clone().into_owned(),
-            law: record.law.clone().into_owned(),
-        }
+        let [matched, law, arm, plant] =
+            [&record.matched, &record.law, arm, &record.plant].map(str::to_owned);
+        Self { matched, arm, limits: record.limits, plant, law }
     }
 
     /// Returns whether the runs of `other` are of the same tasks under the same conditions. The law may differ.
@@ -141,7 +142,7 @@ impl CellRuns {
             [settling, path_ratio, record.overshoot_mm, record.effort, record.peak_rad_s]
         });
         if row.is_none() {
-            *self.failures.entry(record.outcome.clone().into_owned()).or_default() += 1;
+            *self.failures.entry(record.outcome.clone()).or_default() += 1;
         }
         self.rows.push(row);
     }

@@ -65,7 +65,7 @@ impl Switch {
 impl Study {
     /// Returns how many loops [`switched`](Self::switched) runs.
     pub fn switched_count(&self) -> u64 {
-        2 * (Law::all().len() * self.arms.len()) as u64 * u64::from(self.tasks)
+        2 * (self.laws.len() * self.arms.len()) as u64 * u64::from(self.tasks)
     }
 
     /// Runs every law on every arm with both values of the parameter. Calls `done` after each loop.
@@ -73,49 +73,60 @@ impl Study {
     /// # Errors
     /// The first error of a simulated run. In practice, no simulated run fails.
     pub fn switched(&self, switch: Switch, done: impl Fn() + Sync) -> Result<Vec<Paired>, CompareError> {
-        let mut all = Vec::new();
-        let [first, second] = switch.values();
-        for law in Law::all() {
-            for arm in &self.arms {
-                let with = |value: &Value| arm.with([(switch.parameter().to_owned(), value.clone())]);
-                let ways = [with(&first)?, with(&second)?];
-                let body = arm
-                    .with([(Switch::Constraints.parameter().to_owned(), Value::Bool(true))])?
-                    .parameters
-                    .settings
-                    .scene;
-                let both = |number| {
-                    let run = |arm| self.end(law, arm, number, body.clone(), switch.horizon());
-                    let ends = ways.each_ref().map(run);
-                    ends.iter().for_each(|_| done());
-                    let [first, second] = ends;
-                    Ok([first?, second?])
-                };
-                let tasks: Result<_, CompareError> = (0..self.tasks).into_par_iter().map(both).collect();
-                all.push(Paired { law: law.name().to_owned(), arm: arm.name.clone(), tasks: tasks? });
-            }
-        }
-        Ok(all)
+        let row = |cell: SwitchedCell| {
+            let both = |number| {
+                let ends = self.both_ends(&cell, number, switch);
+                (0..2).for_each(|_| done());
+                ends
+            };
+            let tasks = (0..self.tasks).into_par_iter().map(both).collect::<Result<_, CompareError>>()?;
+            Ok(Paired { law: cell.law.name().to_owned(), arm: cell.ways[0].name.clone(), tasks })
+        };
+        self.switched_cells(switch)?.into_iter().map(row).collect()
     }
 
-    /// Returns how the task `number` ended, and whether the arm passed through itself.
-    fn end(
-        &self,
-        law: Law,
-        arm: &Arm,
-        number: u32,
-        body: Option<Arc<Scene>>,
-        horizon: Duration,
-    ) -> Result<End, CompareError> {
-        let gain = self.gain(Matched::SettlingTime, &arm.name, law);
-        let controller = arm.parameters.settings.controller.with_law(law, gain);
-        let closed_loop = ClosedLoop { arm, controller, plant: PLANTS[0], limits: true };
-        let (mut gaps, mut through_itself) = (body.map(Gaps::new), false);
-        let see = |theta: &[f64]| {
-            let chains = arm.parameters.arms.chains();
-            through_itself |= gaps.as_mut().is_some_and(|gaps| gaps.check(chains, theta).is_err());
+    /// Returns every law on every arm with both values of the parameter.
+    pub(super) fn switched_cells(&self, switch: Switch) -> Result<Vec<SwitchedCell>, CompareError> {
+        let with = |arm: &Arm, switch: Switch, value: &Value| {
+            arm.with([(switch.parameter().to_owned(), value.clone())])
         };
-        let (ended, words) = closed_loop.run_for(&arm.task(self.seed, number)?, number, horizon, see)?;
-        Ok(End { settled: ended.settled(), through_itself, words })
+        let [first, second] = switch.values();
+        let cell = |(law, arm)| {
+            let body = with(arm, Switch::Constraints, &Value::Bool(true))?.parameters.settings.scene;
+            Ok(SwitchedCell { law, ways: [with(arm, switch, &first)?, with(arm, switch, &second)?], body })
+        };
+        self.laws.iter().flat_map(|law| self.arms.iter().map(move |arm| (*law, arm))).map(cell).collect()
     }
+
+    /// Returns how the task `number` ends with both values of the parameter, and whether the arm passes through itself.
+    pub(super) fn both_ends(
+        &self,
+        SwitchedCell { law, ways, body }: &SwitchedCell,
+        number: u32,
+        switch: Switch,
+    ) -> Result<[End; 2], CompareError> {
+        let end = |arm: &Arm| {
+            let gain = self.gain(Matched::SettlingTime, &arm.name, *law);
+            let controller = arm.parameters.settings.controller.with_law(*law, gain);
+            let closed_loop = ClosedLoop { arm, controller, plant: PLANTS[0], limits: true };
+            let (mut gaps, mut through_itself) = (body.clone().map(Gaps::new), false);
+            let see = |theta: &[f64]| {
+                let chains = arm.parameters.arms.chains();
+                through_itself |= gaps.as_mut().is_some_and(|gaps| gaps.check(chains, theta).is_err());
+            };
+            let task = arm.task(self.seed, number)?;
+            let (ended, words) = closed_loop.run_for(&task, number, switch.horizon(), see)?;
+            Ok::<_, CompareError>(End { settled: ended.settled(), through_itself, words })
+        };
+        let [first, second] = ways;
+        Ok([end(first)?, end(second)?])
+    }
+}
+
+/// A law on an arm with both values of a parameter.
+pub(super) struct SwitchedCell {
+    law: Law,
+    ways: [Arm; 2],
+    /// The arm's body, with which the program checks whether the arm passes through itself.
+    body: Option<Arc<Scene>>,
 }

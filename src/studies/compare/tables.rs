@@ -1,155 +1,199 @@
-//! Formats the tables of the page "What the laws do".
+//! The tables of the comparison, as Markdown and as LaTeX.
 
-use super::matching::others;
-use super::numbers::{median, number, percent, probability, range, signed, time};
-use super::{ALL_ARMS, Cell, Comparison, Findings, Matched, Outcome, PLANTS, Peer, Quantity, REFERENCE};
-use dq_kinematics::control::Law;
+use super::numbers::{brief, number, range, share, signed, time};
+use super::{ALL_ARMS, Cell, Findings, Key, Matched, Outcome, PLANTS, Peer, Quantity};
+
+/// A table of texts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    head: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Creates a table with these names of columns and these rows.
+    pub(super) fn new(
+        head: impl IntoIterator<Item = impl Into<String>>,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Self {
+        Self { head: head.into_iter().map(Into::into).collect(), rows: rows.into_iter().collect() }
+    }
+
+    /// Returns the table as Markdown.
+    pub fn markdown(&self) -> String {
+        let line = |row: &Vec<String>| format!("| {} |\n", row.join(" | "));
+        let rows: String = self.rows.iter().map(line).collect();
+        format!("{}|{}\n{rows}", line(&self.head), "---|".repeat(self.head.len()))
+    }
+
+    /// Returns the table as LaTeX with this caption. It needs the packages `booktabs` and `makecell`.
+    pub fn latex(&self, caption: &str) -> String {
+        let line = |row: &[String]| {
+            format!("{} \\\\\n", row.iter().map(|it| cell(it)).collect::<Vec<_>>().join(" & "))
+        };
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        format!(
+            "\\begin{{table*}}\n\\caption{{{}}}\n\\footnotesize\n\\begin{{tabular}}{{l{}}}\n\\toprule\n{}\\midrule\n{rows}\\bottomrule\n\\end{{tabular}}\n\\end{{table*}}\n",
+            escaped(caption),
+            "r".repeat(self.head.len().saturating_sub(1)),
+            line(&self.head)
+        )
+    }
+}
+
+/// Returns the text of a cell as LaTeX. Brackets with their content get a line of their own.
+fn cell(text: &str) -> String {
+    match text.split_once(" [").and_then(|(value, rest)| Some((value, rest.split_once(']')?))) {
+        Some((value, (inside, after))) => {
+            format!(
+                "\\makecell[r]{{{}{}\\\\{{\\scriptsize[{}]}}}}",
+                escaped(value),
+                escaped(after),
+                escaped(inside)
+            )
+        }
+        None => escaped(text),
+    }
+}
+
+/// Escapes the special characters of LaTeX.
+fn escaped(text: &str) -> String {
+    const SIGNS: [(char, &str); 10] = [
+        ('_', r"\_"),
+        ('%', r"\%"),
+        ('&', r"\&"),
+        ('`', ""),
+        ('†', r"$^\dagger$"),
+        ('∗', r"$^\ast$"),
+        ('²', "$^2$"),
+        ('−', "$-$"),
+        ('≥', r"$\ge$"),
+        ('>', "$>$"),
+    ];
+    let sign = |c: char| SIGNS.iter().find(|(sign, _)| *sign == c).map(|(_, text)| (*text).to_owned());
+    text.chars().map(|c| sign(c).unwrap_or(c.into())).collect()
+}
+
+/// The mark of a significant difference from the baseline.
+const STAR: &str = " ∗";
 
 /// The columns of a cell.
-const FIGURES: &str =
-    "settled [%] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s]";
-
-/// The columns of a table of differences.
-const DIFFERENCES: &str = "law | settled [points] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s]";
-
-/// Returns a table with these names of columns and these rows.
-fn table(head: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
-    let rows = rows.map(|row| format!("| {} |\n", row.join(" | ")));
-    let line = "---|".repeat(head.split(" | ").count());
-    format!("| {head} |\n|{line}\n{}", rows.collect::<String>())
+fn columns(baseline: &str) -> [String; 7] {
+    [
+        "settled [%]",
+        &format!("less `{baseline}`"),
+        "settling [s]",
+        "path / straight",
+        "overshoot [mm]",
+        "effort [rad²/s]",
+        "peak [rad/s]",
+    ]
+    .map(str::to_owned)
 }
 
-/// Returns the table of each law's results on all arms together.
-pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> String {
-    let row = |law: Law| {
-        let cell = findings.cell(matched, law, ALL_ARMS, limits, "ideal")?;
-        let (low, high) = findings.gain_range(matched, law);
-        let gain = range(low, high) + mark(findings.is_matched(matched, law));
+/// Returns the results of a cell, with a star at those in which the law differs significantly from the baseline.
+fn results(findings: &Findings, cell: &Cell) -> [String; 7] {
+    let less = |quantity| findings.comparison(quantity, &cell.key, findings.baseline());
+    let starred = |text: String, quantity| match less(quantity) {
+        Some(less) if less.tells() && text != "-" => text + STAR,
+        _ => text,
+    };
+    let difference = less(Quantity::Settled).map_or("-".to_owned(), |less| signed(less.difference));
+    [
+        share(cell.settled_percent),
+        starred(difference, Quantity::Settled),
+        starred(time(cell.settling_s, findings.horizon_s), Quantity::SettlingTime),
+        starred(brief(cell.path_ratio), Quantity::PathRatio),
+        starred(brief(cell.overshoot_mm), Quantity::Overshoot),
+        starred(brief(cell.effort), Quantity::Effort),
+        starred(brief(cell.peak_rad_s), Quantity::PeakSpeed),
+    ]
+}
+
+/// Returns the table of each law's results on all arms together, with fresh joint states.
+pub(super) fn condition(findings: &Findings, matched: Matched, limits: bool) -> Table {
+    let row = |law: &str| {
+        let cell = findings.cell(&Key::fresh(matched, law, ALL_ARMS, limits))?;
+        let mark = if findings.is_matched(matched, law) { "" } else { " †" };
+        let gain = range(findings.gain_range(matched, law)) + mark;
         let step = findings.step_ns(law).map_or("-".to_owned(), number);
-        Some(vec![law.to_string(), gain, of_cell(cell, findings), step])
+        Some([&[law.to_owned(), gain][..], &results(findings, cell), &[step]].concat())
     };
-    table(&format!("law | gain [1/s] | {FIGURES} | step [ns]"), Law::all().filter_map(row))
+    let ends = [["law", "gain [1/s]"].map(str::to_owned).to_vec(), vec!["step [ns]".to_owned()]];
+    let head = [&ends[0], &columns(findings.baseline())[..], &ends[1]].concat();
+    Table::new(head, findings.laws().into_iter().filter_map(row))
 }
 
-/// Returns the mark of a gain that is not matched.
-fn mark(is_matched: bool) -> &'static str {
-    if is_matched { "" } else { " †" }
-}
-
-/// Returns the table columns from `settled` to `peak` for a cell.
-fn of_cell(cell: &Cell, findings: &Findings) -> String {
-    let settled = [percent(Some(cell.settled_percent)), time(cell.settling_s, findings.horizon_s)];
-    let figures = [cell.path_ratio, cell.overshoot_mm, cell.effort, cell.peak_rad_s].map(median);
-    [&settled[..], &figures].concat().join(" | ")
-}
-
-/// Returns the table of each law's differences from the reference, on all arms together.
-pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -> String {
-    table(DIFFERENCES, others().map(|law| row_of_differences(findings, matched, limits, law.name())))
-}
-
-/// Returns the row of a law's or another program's differences from the reference, on all arms together.
-fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: &str) -> Vec<String> {
-    const OF: [Quantity; 6] = [
-        Quantity::Settled,
-        Quantity::SettlingTime,
-        Quantity::PathRatio,
-        Quantity::Overshoot,
-        Quantity::Effort,
-        Quantity::PeakSpeed,
-    ];
-    let of = |quantity| findings.comparison(quantity, matched, ALL_ARMS, limits, law, REFERENCE.0.name());
-    [&[law.to_owned()][..], &OF.map(|quantity| difference(of(quantity).as_ref()))].concat()
-}
-
-fn difference(comparison: Option<&Comparison>) -> String {
-    let Some(comparison) = comparison else { return "-".to_owned() };
-    format!("{}{}", signed(comparison.difference), if comparison.tells() { " ∗" } else { "" })
-}
-
-/// Returns the tables of the other programs and of the reference law, on the same tasks: their results and their differences.
-pub(super) fn peers(findings: &Findings, limits: bool) -> [String; 2] {
-    let peers = || findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
-    let row = |Peer { cell, gains: [least, greatest] }: &Peer| {
-        vec![cell.key.law.clone(), range(*least, *greatest), of_cell(cell, findings)]
+/// Returns the table of the other programs and of the baseline, on the same tasks.
+pub(super) fn peers(findings: &Findings, limits: bool) -> Table {
+    let peers = findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
+    let row = |Peer { cell, gains }: &Peer| {
+        [&[cell.key.law.clone(), range(*gains)][..], &results(findings, cell)].concat()
     };
-    let others = peers().filter(|peer| peer.cell.key.law != REFERENCE.0.name());
-    let differences =
-        others.map(|peer| row_of_differences(findings, Matched::SettlingTime, limits, &peer.cell.key.law));
-    [table(&format!("program | gain [1/s] | {FIGURES}"), peers().map(row)), table(DIFFERENCES, differences)]
+    let head = [["program", "gain [1/s]"].map(str::to_owned).to_vec(), columns(findings.baseline()).to_vec()];
+    Table::new(head.concat(), peers.map(row))
+}
+
+/// Returns the table of the percentages that settle on each arm.
+pub(super) fn by_arm(findings: &Findings) -> Table {
+    let columns = findings.arms.iter().flat_map(|arm| {
+        [(false, "no limits"), (true, "limits")]
+            .map(|(limits, under)| (format!("{arm}, {under}"), arm, limits))
+    });
+    shares(
+        findings,
+        true,
+        columns.map(|(head, arm, limits)| (head, Key::fresh(Matched::SettlingTime, "", arm, limits))),
+    )
 }
 
 /// Returns the table of the percentages that settle with each plant.
-pub(super) fn settled(findings: &Findings) -> String {
-    let columns = || [false, true].into_iter().flat_map(|limits| PLANTS.map(|plant| (limits, plant.name)));
-    let name = |(limits, plant): (bool, &str)| {
-        format!(" | {}, {}", if limits { "limits" } else { "no limits" }, plant.replace('_', " "))
-    };
-    let row = |law: Law| {
-        let cell = |(limits, plant)| findings.cell(Matched::SettlingTime, law, ALL_ARMS, limits, plant);
-        let shares = columns().map(|of| percent(cell(of).map(|cell| cell.settled_percent)));
-        std::iter::once(law.to_string()).chain(shares).collect()
-    };
-    table(&format!("law{}", columns().map(name).collect::<String>()), Law::all().map(row))
+pub(super) fn by_plant(findings: &Findings) -> Table {
+    let columns = [(false, "no limits"), (true, "limits")].into_iter().flat_map(|(limits, under)| {
+        PLANTS.map(|plant| {
+            let head = format!("{under}, {}", plant.name.replace('_', " "));
+            (head, Key::new(Matched::SettlingTime, "", ALL_ARMS, limits, plant.name))
+        })
+    });
+    shares(findings, false, columns)
 }
 
-/// Returns the table of each law's results on one arm.
-pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
-    let (matched, reference) = (Matched::SettlingTime, REFERENCE.0.name());
-    let row = |law: Law| {
-        let gain = findings
-            .gains
-            .iter()
-            .find(|gain| (gain.matched, &*gain.law, &*gain.arm) == (matched, law.name(), arm));
-        let gain = gain.map_or("-".to_owned(), |gain| number(gain.gain) + mark(gain.is_matched()));
-        let cell = |limits| findings.cell(matched, law, arm, limits, "ideal");
-        let settled = [false, true].map(|limits| {
-            let less = findings.comparison(Quantity::Settled, matched, arm, limits, law.name(), reference);
-            let p = less.as_ref().map_or("-".to_owned(), |less| probability(less.p_holm));
-            let p = p.trim_start_matches("p = ").trim_start_matches("p ").to_owned();
-            [percent(cell(limits).map(|cell| cell.settled_percent)), difference(less.as_ref()), p]
-        });
-        let limited = cell(true);
-        let figures = [
-            time(limited.and_then(|cell| cell.settling_s), findings.horizon_s),
-            median(limited.and_then(|cell| cell.path_ratio)),
-            median(limited.and_then(|cell| cell.peak_rad_s)),
-        ];
-        [&[law.to_string(), gain][..], &settled.concat(), &figures].concat()
+/// Returns the table of the percentages that settle. Each column has the conditions of a key.
+fn shares(findings: &Findings, has_stars: bool, columns: impl Iterator<Item = (String, Key)>) -> Table {
+    let (heads, keys): (Vec<_>, Vec<_>) = columns.unzip();
+    let text = |law: &str, key: &Key| {
+        let key = Key { law: law.to_owned(), ..key.clone() };
+        // The comparisons of plants are not made.
+        let less = findings.comparison(Quantity::Settled, &key, findings.baseline()).filter(|_| has_stars);
+        let star = if less.is_some_and(|less| less.tells()) { STAR } else { "" };
+        findings.cell(&key).map_or("-".to_owned(), |cell| share(cell.settled_percent) + star)
     };
-    let settled = ["no limits", "limits"].map(|of| format!("settled, {of} [%] | less {reference} | p"));
-    let head = format!(
-        "law | gain [1/s] | {} | settling, limits [s] | path / straight, limits | peak, limits [rad/s]",
-        settled.join(" | ")
-    );
-    table(&head, Law::all().map(row))
+    let row = |law: &str| [law.to_owned()].into_iter().chain(keys.iter().map(|key| text(law, key))).collect();
+    Table::new(["law".to_owned()].into_iter().chain(heads), findings.laws().into_iter().map(row))
 }
 
 /// Returns the table of the reasons why tasks failed.
-pub(super) fn failures(findings: &Findings) -> String {
-    let name = |reason: &str| format!(" | {}", reason.replace('_', " "));
-    let row = |law: Law| {
-        let cell = findings.cell(Matched::SettlingTime, law, ALL_ARMS, true, "ideal");
+pub(super) fn failures(findings: &Findings) -> Table {
+    let row = |law: &str| {
+        let cell = findings.cell(&Key::fresh(Matched::SettlingTime, law, ALL_ARMS, true));
         let count = |reason| cell.and_then(|cell| cell.failures.get(reason)).copied().unwrap_or(0);
         let counts = Outcome::failures().map(|reason| count(reason).to_string());
-        std::iter::once(law.to_string()).chain(counts).collect()
+        std::iter::once(law.to_owned()).chain(counts).collect()
     };
-    table(&format!("law{}", Outcome::failures().map(name).collect::<String>()), Law::all().map(row))
+    let reasons = Outcome::failures().map(|reason| reason.replace('_', " "));
+    Table::new(["law".to_owned()].into_iter().chain(reasons), findings.laws().into_iter().map(row))
 }
 
 /// Returns the table of the largest age of joint states at which each law works.
-pub(super) fn ages(findings: &Findings) -> String {
-    let row = |law: Law| vec![law.to_string(), age(findings, law, false), age(findings, law, true)];
-    table("law | no limits [ms] | limits [ms]", Law::all().map(row))
+pub(super) fn ages(findings: &Findings) -> Table {
+    let row = |law: &str| vec![law.to_owned(), age(findings, law, false), age(findings, law, true)];
+    Table::new(["law", "no limits [ms]", "limits [ms]"], findings.laws().into_iter().map(row))
 }
 
 /// Returns the largest age of joint states at which the law works \[ms\], with its interval.
-pub(super) fn age(findings: &Findings, law: Law, limits: bool) -> String {
+pub(super) fn age(findings: &Findings, law: &str, limits: bool) -> String {
     let Some(ageing) = findings.ageing(law, limits) else { return "-".to_owned() };
-    let (age, low) = (ageing.holds_up_to_ms, ageing.low_ms);
-    match ageing.high_ms {
-        Some(high) => format!("{age:.0} [{low:.0}, {high:.0}]"),
-        None if ageing.holds_to_the_end() => format!("≥ {age:.0} [{low:.0}, -]"),
-        None => format!("{age:.0} [{low:.0}, -]"),
-    }
+    let at_least = if ageing.holds_to_the_end() { "≥ " } else { "" };
+    let high = ageing.high_ms.map_or("-".to_owned(), |high| format!("{high:.0}"));
+    format!("{at_least}{:.0} [{:.0}, {high}]", ageing.holds_up_to_ms, ageing.low_ms)
 }

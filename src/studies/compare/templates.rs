@@ -1,28 +1,23 @@
 //! The texts of the page "What the laws do", with names in braces for the values.
 
-use std::fmt::Display;
+use std::collections::BTreeMap;
 
 /// Each text begins after a line `=== name`.
 const TEMPLATES: &str = include_str!("page_templates.md");
 
-/// Returns the text `name` with these values. A name in braces without a value stays as it is.
-pub(super) fn fill(name: &str, values: &[(&str, &dyn Display)]) -> String {
-    let mut pieces = template(name).split('{');
-    let begin = pieces.next().unwrap_or_default().to_owned();
-    pieces.fold(begin, |text, piece| match piece.split_once('}') {
-        Some((name, rest)) => {
-            let value = values.iter().find(|(known, _)| *known == name);
-            text + &value.map_or(format!("{{{name}}}"), |(_, value)| value.to_string()) + rest
-        }
-        None => text + piece,
-    })
-}
+/// The values of the names in the texts.
+pub(super) type Values = BTreeMap<&'static str, String>;
 
-/// Returns the text `name` without its last line end.
-fn template(name: &str) -> &'static str {
+/// Returns the text `name` with these values; `None` if the text needs a value that is missing.
+pub(super) fn fill(name: &str, values: &Values) -> Option<String> {
     let named = |part: &'static str| part.split_once('\n').filter(|(its, _)| *its == name);
-    let text = TEMPLATES.split("=== ").find_map(named).map_or("", |(_, text)| text);
-    text.strip_suffix('\n').unwrap_or(text)
+    let (_, text) = TEMPLATES.split("=== ").find_map(named)?;
+    let mut pieces = text.strip_suffix('\n').unwrap_or(text).split('{');
+    let begin = pieces.next()?.to_owned();
+    pieces.try_fold(begin, |text, piece| {
+        let (name, rest) = piece.split_once('}')?;
+        Some(text + values.get(name)? + rest)
+    })
 }
 
 #[cfg(test)]
@@ -30,8 +25,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_are_filled_in_once() {
-        let text = fill("arm_reversed", &[("law", &"{arm}"), ("arm", &"ur5e"), ("told", &2)]);
-        assert_eq!(text, "`{arm}` on ur5e with 2 points");
+    fn a_text_is_written_only_with_all_of_its_values() {
+        let mut values = Values::from([("law", "{arm}".to_owned()), ("arm", "ur5e".to_owned())]);
+        assert_eq!(fill("arm_reversed", &values), None);
+        values.insert("told", "2 points".to_owned());
+        assert_eq!(fill("arm_reversed", &values).as_deref(), Some("`{arm}` on ur5e with 2 points"));
     }
 }

@@ -2,7 +2,6 @@
 
 use super::{CompareError, Study};
 use dq_kinematics::arm::ArmState;
-use dq_kinematics::control::Law;
 use serde::{Deserialize, Serialize};
 use std::hint::black_box;
 use std::time::Instant;
@@ -28,7 +27,7 @@ pub fn step_times(study: &Study) -> Result<Vec<StepTime>, CompareError> {
     let chain = arm.parameters.arms.chain();
     let (mut state, mut theta_dot) = (ArmState::new(chain), vec![0.0; arm.joint_count()]);
     let mut all = Vec::new();
-    for law in Law::all() {
+    for law in study.laws.iter().copied() {
         let controller = arm.parameters.settings.controller.with_law(law, 1.0);
         let mut rounds = Vec::with_capacity(ROUNDS);
         for _ in 0..ROUNDS {

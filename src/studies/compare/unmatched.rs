@@ -4,7 +4,6 @@ use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};
 use super::summary::{Interval, Z};
 use super::{CompareError, Gain, Matched, Study};
-use dq_kinematics::control::Law;
 use serde::{Deserialize, Serialize};
 
 /// A gain that misses its target by more than 2 %.
@@ -47,19 +46,21 @@ impl Unmatched {
 pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     let mut all = Vec::new();
     for arm in &study.arms {
-        let of_arm = study.gains.iter().filter(|gain| gain.arm == arm.name && !gain.is_matched());
         let judges = Tasks::judges(arm)?;
-        for gain in of_arm {
-            let Some(law) = Law::all().find(|law| law.name() == gain.law) else { continue };
+        for gain in study.gains.iter().filter(|gain| gain.arm == arm.name && !gain.is_matched()) {
+            let Some(law) = study.laws.iter().find(|law| law.name() == gain.law) else { continue };
             let sorted = |factor: f64| {
-                let mut values = judges.sorted(law, factor * gain.gain, PILOTS)?.of(gain.matched).to_vec();
-                values.iter_mut().for_each(|value| *value = value.min(most(gain.matched)));
+                let mut values = gain.matched.sorted(&judges.run(*law, factor * gain.gain, PILOTS)?);
+                // A settling time of a failed task is the horizon, the largest time that can be measured.
+                if gain.matched == Matched::SettlingTime {
+                    values.iter_mut().for_each(|value| *value = value.min(HORIZON.as_secs_f64()));
+                }
                 Ok::<_, CompareError>(values)
             };
             let Some(median) = Interval::median(&sorted(1.0)?, Z) else { continue };
-            let half_octave = f64::sqrt(2.0);
             let beside = match gain.matched {
                 Matched::SettlingTime => {
+                    let half_octave = f64::sqrt(2.0);
                     Some([sorted(1.0 / half_octave)?[PILOTS / 2], sorted(half_octave)?[PILOTS / 2]])
                 }
                 Matched::PeakSpeed => None,
@@ -68,12 +69,4 @@ pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
         }
     }
     Ok(all)
-}
-
-/// Returns the largest value of this quantity that can be measured. For a settling time, this is the horizon.
-fn most(matched: Matched) -> f64 {
-    match matched {
-        Matched::SettlingTime => HORIZON.as_secs_f64(),
-        Matched::PeakSpeed => f64::INFINITY,
-    }
 }

@@ -94,13 +94,14 @@ fn figure(rows: &[Swept], curves: Vec<(Law, Series)>) -> Figure {
     };
     let of = |value: fn(&Swept) -> Option<f64>| rows.iter().filter_map(value).fold(0.0, f64::max);
     type Value = fn(&Swept) -> Option<f64>;
-    let (peak, time): (Value, Value) = (|row| Some(row.peak_rad_s), |row| row.settling_s);
+    let [peak, time, path]: [Value; 3] =
+        [|row| Some(row.peak_rad_s), |row| row.settling_s, |row| row.path_ratio];
     let least = rows.iter().map(|row| row.peak_rad_s).fold(f64::INFINITY, f64::min);
     let panels = [
         vec![
             panel("speed", Axis::logarithmic("peak joint speed [rad/s]", 0.8 * least..1.2 * of(peak)), peak),
             panel("settled to 2 %", Axis::new("settling time [s]", 0.0..1.1 * of(time).max(1.0)), time),
-            panel("path", Axis::new("path length / straight line", 1.0..1.5), |row| row.path_ratio),
+            panel("path", Axis::new("path length / straight line", 1.0..1.02 * of(path)), path),
         ],
         [Law::Diffc, Law::Logc].map(|law| of_law(law, &curves)).into(),
     ];

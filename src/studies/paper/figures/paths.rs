@@ -83,7 +83,8 @@ impl Tool<'_> {
         let frames: Vec<_> = drawn.map(|pose| frameplotter(&pose.half_log())).collect();
         let mut places = self.start_and_goal();
         places.push(Place { name: "base".to_owned(), point: nalgebra::Vector3::zeros() });
-        let path = self.line(&format!("tool under {}, a frame each {interval} s", self.law), Line::Solid);
+        let path =
+            self.line(&format!("tool under {}, frames at least {interval} s apart", self.law), Line::Solid);
         let scene = |viewpoint| Scene {
             title: title.to_owned(),
             paths: vec![path.clone()],
