@@ -439,6 +439,8 @@ class Bags(unittest.TestCase):
         for call in [dq.recorded, dq.replay]:
             with self.assertRaises(ValueError):
                 call(ROOT / "tests/data/urdf")
+            with self.assertRaisesRegex(ValueError, "this build reads only MCAP"):
+                call(ROOT / "tests/data/bag_jazzy_sqlite3")
 
 
 class Comparison(unittest.TestCase):
