@@ -7,6 +7,7 @@ mod bag;
 mod block;
 mod error;
 mod files;
+mod format;
 mod mcap_fields;
 mod mcap_file;
 mod mcap_output;
@@ -14,6 +15,7 @@ mod message;
 mod metadata;
 mod packed;
 mod qos;
+#[cfg(feature = "sqlite")]
 mod sqlite_file;
 mod storage;
 mod unreadable;

@@ -4,6 +4,7 @@
 //! that their checksums are valid.
 
 use super::block::{Block, Limit, Types, Unpacked, of_other_encoding};
+use super::format::Format;
 use super::mcap_fields as fields;
 use super::message::{BagMessage, Topic};
 use mcap::records::op;
@@ -153,14 +154,14 @@ impl McapFile {
         }
         Ok(None)
     }
+}
 
-    /// Returns one block for each chunk, and for each group of consecutive messages outside of chunks.
-    pub fn blocks(&self) -> Vec<Block> {
+impl Format for McapFile {
+    fn blocks(&self) -> Vec<Block> {
         self.pieces.iter().enumerate().map(|(number, piece)| Block { start: piece.start, number }).collect()
     }
 
-    /// Returns the topics, with the numbers of messages that were loaded.
-    pub fn topics(&self) -> Vec<Topic> {
+    fn topics(&self) -> Vec<Topic> {
         let channels = self.channels.values().filter(|channel| channel.is_cdr);
         channels
             .map(|channel| Topic {
@@ -171,14 +172,12 @@ impl McapFile {
             .collect()
     }
 
-    /// Returns the parts that were skipped, one line each. Call it after all blocks were loaded.
-    pub fn missing(&self) -> Vec<String> {
+    fn missing(&self) -> Vec<String> {
         let other = self.channels.values().filter(|channel| !channel.is_cdr && channel.count > 0);
         other.map(|channel| of_other_encoding(&channel.topic, channel.count)).collect()
     }
 
-    /// Returns the requested messages of a piece, up to `room` bytes.
-    pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
+    fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = Unpacked::default();
         let Some(Piece { place, size, .. }) = self.pieces.get(number) else { return unpacked };
         let file = || {

@@ -2,6 +2,7 @@
 
 use super::block::{Block, Types, Unpacked, of_other_encoding};
 use super::error::BagError;
+use super::format::Format;
 use super::message::{BagMessage, Topic};
 use super::metadata;
 use rusqlite::config::DbConfig;
@@ -98,17 +99,17 @@ impl SqliteFile {
         }
         Ok(Self { connection, topics, order, _copy: copy })
     }
+}
 
-    /// Returns blocks of messages in order of time.
-    pub fn blocks(&self) -> Vec<Block> {
+impl Format for SqliteFile {
+    fn blocks(&self) -> Vec<Block> {
         let pages = self.order.chunks(PAGE).enumerate();
         pages
             .map(|(number, page)| Block { start: page.first().map_or(0, |row| row.log_time), number })
             .collect()
     }
 
-    /// Returns the topics, with the numbers of messages that were loaded.
-    pub fn topics(&self) -> Vec<Topic> {
+    fn topics(&self) -> Vec<Topic> {
         let topic = |entry: &Entry| Topic {
             name: entry.name.to_string(),
             message: entry.message.to_string(),
@@ -117,14 +118,12 @@ impl SqliteFile {
         self.topics.0.values().filter(|entry| entry.is_cdr).map(topic).collect()
     }
 
-    /// Returns the parts that were not read, one line each.
-    pub fn missing(&self) -> Vec<String> {
+    fn missing(&self) -> Vec<String> {
         let others = self.topics.0.values().filter(|entry| !entry.is_cdr && entry.count > 0);
         others.map(|entry| of_other_encoding(&entry.name, entry.count)).collect()
     }
 
-    /// Returns the messages of a block, up to `limit` bytes.
-    pub fn load(&mut self, number: usize, types: &Types, limit: u64) -> Unpacked {
+    fn load(&mut self, number: usize, types: &Types, limit: u64) -> Unpacked {
         let mut unpacked = Unpacked::default();
         let page = self.order.chunks(PAGE).nth(number).unwrap_or_default();
         let mut statement =

@@ -2,9 +2,11 @@
 
 use super::block::{Block, Limit, Types, Unpacked};
 use super::error::BagError;
+use super::format::Format;
 use super::mcap_file::McapFile;
 use super::message::Topic;
 use super::packed;
+#[cfg(feature = "sqlite")]
 use super::sqlite_file::SqliteFile;
 use super::unreadable::UnreadableParts;
 use std::fs::File;
@@ -16,15 +18,9 @@ use tempfile::NamedTempFile;
 #[derive(Debug)]
 pub(super) struct Storage {
     path: PathBuf,
-    format: Format,
+    format: Box<dyn Format>,
     /// The unpacked file, if rosbag2 has compressed the whole file. The unpacked file is deleted when this value is dropped.
     _unpacked: Option<NamedTempFile>,
-}
-
-#[derive(Debug)]
-enum Format {
-    Mcap(McapFile),
-    Sqlite(SqliteFile),
 }
 
 impl Storage {
@@ -40,13 +36,18 @@ impl Storage {
         if unpacked.is_some() {
             magic = read_magic(data)?;
         }
-        let format = match magic.as_slice() {
+        let format: Box<dyn Format> = match magic.as_slice() {
             [] => return Err(BagError::not_a_bag(path, "it is empty")),
-            start if mcap::MAGIC.starts_with(start) || start.starts_with(mcap::MAGIC) => Format::Mcap(
+            start if mcap::MAGIC.starts_with(start) || start.starts_with(mcap::MAGIC) => Box::new(
                 McapFile::open(data, limit, |what| losses.add(path, what)).map_err(BagError::read(path))?,
             ),
+            #[cfg(feature = "sqlite")]
+            b"SQLite format 3\0" => Box::new(SqliteFile::open(path, data, |what| losses.add(path, what))?),
+            #[cfg(not(feature = "sqlite"))]
             b"SQLite format 3\0" => {
-                Format::Sqlite(SqliteFile::open(path, data, |what| losses.add(path, what))?)
+                let why =
+                    "it is a SQLite file, and this build reads only MCAP: convert it by ros2 bag convert";
+                return Err(BagError::read(path)(std::io::Error::new(std::io::ErrorKind::Unsupported, why)));
             }
             _ => return Err(BagError::not_a_bag(path, "it is neither an MCAP nor a SQLite file")),
         };
@@ -60,36 +61,24 @@ impl Storage {
 
     /// Returns the blocks of the file.
     pub fn blocks(&self) -> Vec<Block> {
-        match &self.format {
-            Format::Mcap(file) => file.blocks(),
-            Format::Sqlite(file) => file.blocks(),
-        }
+        self.format.blocks()
     }
 
     /// Unpacks a block. The block may have at most `room` bytes of requested messages.
     pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
-        let mut unpacked = match &mut self.format {
-            Format::Mcap(file) => file.load(number, types, room),
-            Format::Sqlite(file) => file.load(number, types, room),
-        };
+        let mut unpacked = self.format.load(number, types, room);
         packed::unpack_messages(&mut unpacked, room);
         unpacked
     }
 
     /// Returns the topics, with the numbers of messages in the blocks that were unpacked so far.
     pub fn topics(&self) -> Vec<Topic> {
-        match &self.format {
-            Format::Mcap(file) => file.topics(),
-            Format::Sqlite(file) => file.topics(),
-        }
+        self.format.topics()
     }
 
     /// Returns the parts that are missing, one line each. Call it after all blocks were unpacked.
     pub fn missing(&self) -> Vec<String> {
-        match &self.format {
-            Format::Mcap(file) => file.missing(),
-            Format::Sqlite(file) => file.missing(),
-        }
+        self.format.missing()
     }
 }
 

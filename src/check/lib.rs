@@ -5,9 +5,6 @@
 
 mod gaps;
 mod guard;
-mod invariants;
-mod slowing;
 
 pub use gaps::Gaps;
 pub use guard::{Guard, GuardState, PERIODS as GUARDED_PERIODS};
-pub use invariants::Invariants;

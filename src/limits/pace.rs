@@ -4,7 +4,7 @@
 //! of two successive cycles: the argument `jerk` of each function is the largest such difference [rad/s, prismatic: m/s]. It is
 //! infinite for a joint without a jerk limit.
 
-/// Relative tolerance for the rounding of a step. `dq_check`, which checks the commands independently, has a larger tolerance.
+/// Relative tolerance for the rounding of a step. The tests, which check the commands independently, have a larger tolerance.
 const ROUNDING: f64 = 1e-10;
 
 /// The speed of a joint, and the change of this speed in the last cycle [rad/s, prismatic: m/s].

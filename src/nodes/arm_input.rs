@@ -106,9 +106,7 @@ impl ArmInput {
                 let _ = record.take(servo, Event::SpeedScaling(arm, part(data)));
             }
         }
-        for why in malformed {
-            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
-        }
+        reject_malformed(servo, malformed);
     }
 
     /// Returns the publisher of joint states with this number.
@@ -135,6 +133,13 @@ pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
 /// robot counts as not following.
 fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
+}
+
+/// Counts malformed messages as rejected. `reasons` are those of their decoder.
+pub(super) fn reject_malformed(servo: &mut Servo, reasons: Vec<String>) {
+    for why in reasons {
+        let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
+    }
 }
 
 /// Returns the largest absolute speed; `None` if there are no speeds.

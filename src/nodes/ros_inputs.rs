@@ -1,6 +1,6 @@
 //! The inputs of a running servo: requests, joint states, goals, twists, and the subscribers to its commands.
 
-use super::arm_input::{ArmInput, fastest};
+use super::arm_input::{ArmInput, fastest, reject_malformed};
 use super::arm_speed::ArmSpeed;
 use super::commands::Commands;
 use super::events::{EventsRecord, ParameterRecord};
@@ -443,9 +443,7 @@ impl RosInputs {
                 Err(why) => rejected.add(stamp, sent.by, why),
             }
         });
-        for why in malformed {
-            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
-        }
+        reject_malformed(servo, malformed);
     }
 
     /// Gives the servo every joint goal.
@@ -479,9 +477,7 @@ impl RosInputs {
                 Err(why) => rejected.add(stamp, sent.by, why),
             }
         });
-        for why in malformed {
-            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
-        }
+        reject_malformed(servo, malformed);
     }
 
     fn goal_motions(&mut self, servo: &mut Servo) {
@@ -507,8 +503,6 @@ impl RosInputs {
                 Err(why) => servo.take(Event::Unusable(why)),
             };
         });
-        for why in malformed {
-            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
-        }
+        reject_malformed(servo, malformed);
     }
 }

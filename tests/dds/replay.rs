@@ -176,9 +176,16 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_in_force() {
     );
 }
 
-/// These recordings are typical: the arm holds an earlier goal, is paused during a motion, or has stalled.
-#[test]
-fn a_recording_that_starts_at_rest_replays_from_its_start() {
+/// Why an arm is at rest when a recording begins: it holds an earlier goal, is paused during a motion, or has stalled.
+#[derive(Debug)]
+enum Rest {
+    Settled,
+    Paused,
+    Stalled,
+}
+
+/// Records two motions of an arm that is at rest before, and replays them.
+fn assert_replays_from_rest(rest: &Rest) {
     let mut host = Host::with_nodes(
         &[],
         &[&FAST[..3], &["-p", "progress_timeout:=1.0", "-p", "goal_beyond_reach:=approach"]].concat(),
@@ -190,50 +197,56 @@ fn a_recording_that_starts_at_rest_replays_from_its_start() {
         let gives_up = ["goal", x, y, z, "0", "0", "0", "1", "--keep-going", "--timeout", "0.6"];
         assert_eq!(host.run(&gives_up).status.code(), Some(1));
     };
-    let stall = |host: &Host| {
-        let stalled =
-            host.run(&["goal", "0", "0.3", "-1.5", "0", "0", "0", "1", "--keep-going", "--timeout", "20"]);
-        assert!(err(&stalled).contains("unreachable"), "{}", err(&stalled));
+    goal(&host, ["-0.125", "0.2", "0.2"]);
+    match rest {
+        Rest::Settled => {}
+        Rest::Paused => {
+            leave(&host, ["0.1", "0.3", "0.3"]);
+            assert_success(&host.run(&["pause"]));
+        }
+        Rest::Stalled => {
+            let beyond = ["goal", "0", "0.3", "-1.5", "0", "0", "0", "1", "--keep-going", "--timeout", "20"];
+            let stalled = host.run(&beyond);
+            assert!(err(&stalled).contains("unreachable"), "{}", err(&stalled));
+        }
+    }
+    let (_directory, bag) = place();
+    host.record(&bag);
+    crate::record::wait_for(&bag, "/dq_servo/events", 1.0);
+    if matches!(rest, Rest::Paused) {
+        leave(&host, ["0.1", "0.2", "0.2"]);
+        assert_success(&host.run(&["resume"]));
+    }
+    assert_success(&host.run(&["param", "set", "controller", "diffc"]));
+    goal(&host, ["0.1", "0.3", "0.1"]);
+    assert_success(&host.run(&["param", "set", "controller", "logc"]));
+    goal(&host, ["0.1", "0.3", "0.2"]);
+    assert_eq!(host.interrupt("recorder").0, Some(0));
+    let servo = replayed(&bag);
+    let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
+    assert_eq!(judged, (0, 0, 0, 1), "{rest:?} {servo:?}");
+    // The goal that was in force at the start of the record continues until the next one.
+    let motions = match rest {
+        Rest::Settled => 2,
+        Rest::Paused => 4,
+        Rest::Stalled => 3,
     };
-    #[derive(Debug)]
-    enum Case {
-        Settled,
-        Paused,
-        Stalled,
-    }
-    for case in [Case::Settled, Case::Paused, Case::Stalled] {
-        goal(&host, ["-0.125", "0.2", "0.2"]);
-        match case {
-            Case::Settled => {}
-            Case::Paused => {
-                leave(&host, ["0.1", "0.3", "0.3"]);
-                assert_success(&host.run(&["pause"]));
-            }
-            Case::Stalled => stall(&host),
-        }
-        let (_directory, bag) = place();
-        host.record(&bag);
-        crate::record::wait_for(&bag, "/dq_servo/events", 1.0);
-        if matches!(case, Case::Paused) {
-            leave(&host, ["0.1", "0.2", "0.2"]);
-            assert_success(&host.run(&["resume"]));
-        }
-        assert_success(&host.run(&["param", "set", "controller", "diffc"]));
-        goal(&host, ["0.1", "0.3", "0.1"]);
-        assert_success(&host.run(&["param", "set", "controller", "logc"]));
-        goal(&host, ["0.1", "0.3", "0.2"]);
-        assert_eq!(host.interrupt("recorder").0, Some(0));
-        let servo = replayed(&bag);
-        let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
-        assert_eq!(judged, (0, 0, 0, 1), "{case:?} {servo:?}");
-        // The goal that was in force at the start of the record continues until the next one.
-        let motions = match case {
-            Case::Settled => 2,
-            Case::Paused => 4,
-            Case::Stalled => 3,
-        };
-        assert!(servo.motions.len() == motions && servo.commands > 500, "{case:?} {servo:?}");
-    }
+    assert!(servo.motions.len() == motions && servo.commands > 500, "{rest:?} {servo:?}");
+}
+
+#[test]
+fn a_recording_that_starts_at_a_settled_arm_replays_from_its_start() {
+    assert_replays_from_rest(&Rest::Settled);
+}
+
+#[test]
+fn a_recording_that_starts_at_a_paused_arm_replays_from_its_start() {
+    assert_replays_from_rest(&Rest::Paused);
+}
+
+#[test]
+fn a_recording_that_starts_at_a_stalled_arm_replays_from_its_start() {
+    assert_replays_from_rest(&Rest::Stalled);
 }
 
 /// Returns the state of the servo, and its goal.

@@ -7,6 +7,9 @@ mod host;
 
 mod clock;
 mod goals;
+#[allow(dead_code, reason = "the tests of dq_core use all of it")]
+#[path = "../../src/core/tests/invariants/mod.rs"]
+mod invariants;
 mod joint_states;
 mod network;
 mod outcome;

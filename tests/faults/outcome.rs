@@ -1,7 +1,7 @@
 //! Checks what must hold at the end of every case.
 
 use crate::host::Host;
-use dq_check::Invariants;
+use crate::invariants::Invariants;
 use dq_config::{NodeParameters, ServoParameters};
 use dq_core::servo::Interface;
 use dq_params::Value;

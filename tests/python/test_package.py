@@ -4,6 +4,7 @@ import ast
 import copy
 import inspect
 import pickle
+import tempfile
 import unittest
 import weakref
 from pathlib import Path
@@ -510,6 +511,13 @@ class Bags(unittest.TestCase):
         for call in [dq.recorded, dq.replay]:
             with self.assertRaises(ValueError):
                 call(ROOT / "tests/data/urdf")
+
+    def test_a_sqlite_bag_is_refused_with_a_remedy(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "run.db3"
+            path.write_bytes(b"SQLite format 3\0" + bytes(100))
+            with self.assertRaisesRegex(ValueError, "reads only MCAP: convert it by ros2 bag convert"):
+                dq.recorded(path)
 
 
 class Comparison(unittest.TestCase):

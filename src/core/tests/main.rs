@@ -5,6 +5,7 @@ mod aims;
 mod arms;
 mod cooperative;
 mod fewer_joints;
+mod invariants;
 mod opinion;
 mod own_loop;
 mod posture;

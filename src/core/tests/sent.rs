@@ -1,8 +1,8 @@
 //! Checks the output against the limits. The output continues from the last output, or from the robot's motion if the robot has
 //! stood since.
 
+use crate::invariants::Invariants;
 use crate::opinion::Truth;
-use dq_check::Invariants;
 use dq_core::servo::Limits;
 use std::time::Duration;
 

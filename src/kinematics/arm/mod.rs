@@ -13,7 +13,7 @@
 //! let tool = arm.tool_point();
 //! assert!((tool.x - 0.4).abs() < 1e-15 && (tool.y - 0.3).abs() < 1e-15);
 //! // The velocity of the tool point at 1 rad/s of the first joint: its distance from that joint, rotated by a right angle.
-//! let velocity = arm.point_columns().next().unwrap();
+//! let (_, velocity) = arm.tool_motions().next().unwrap();
 //! assert!((velocity.x + 0.3).abs() < 1e-15 && (velocity.y - 0.4).abs() < 1e-15);
 //! # Ok::<(), dq_kinematics::arm::ArmError>(())
 //! ```

@@ -104,12 +104,6 @@ impl ArmState {
         }
     }
 
-    /// Yields, for each joint, the velocity that it gives the tool point: `l × (t − p)` [m/rad], prismatic: l [m/m]. The joint's
-    /// axis has the direction l through the point p, and t is the tool point. Does not allocate.
-    pub fn point_columns(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
-        self.tool_motions().map(|(_, linear)| linear)
-    }
-
     /// Yields, for each joint, the motion that it gives the tool, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad],
     /// prismatic: `(0, l)` [rad/m, m/m]. The joint's axis has the direction l through the point p, and t is the tool point. Does
     /// not allocate.

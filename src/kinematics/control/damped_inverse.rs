@@ -63,8 +63,9 @@ impl Damping {
     /// result. Otherwise, the two inverses yield the smallest singular value.
     ///
     /// Another method takes σ² from the determinants of `J Jᵀ` and `J Jᵀ + λ_max² I`, and needs no second solution near
-    /// singularities. On random postures of the PUMA 560 there, its joint velocities differ from these by 1.6 % in the median and by
-    /// 41 % at most. All recorded results would have to be computed again, so this method stays.
+    /// singularities. On random postures of the PUMA 560, a step of logc with it takes 15 % less time. But its σ² is a lower bound, so
+    /// it damps more where several singular values are small: of 100 tasks of the xArm 6, logc settled less often on 8, and more often
+    /// on none.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);

@@ -1,10 +1,12 @@
 //! Checks the rules that every stream of commands must keep.
 //!
-//! The servo keeps its limits by other code. This independent check of the result is for tests and recorded runs.
+//! The servo keeps its limits by other code. This check is independent of it.
 
-use super::slowing::{Slowing, rounded};
+mod slowing;
+
 use dq_kinematics::arm::ToolSpeed;
 use dq_limits::{Limits, STOP_TIME, Violation};
+use slowing::{Slowing, rounded};
 use std::time::Duration;
 
 /// How far a joint may pass a position limit, because joint states are some cycles old \[rad, prismatic: m\].

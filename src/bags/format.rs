@@ -1,0 +1,19 @@
+//! What the reader of each file format offers.
+
+use super::block::{Block, Types, Unpacked};
+use super::message::Topic;
+
+/// The content of a file in one format.
+pub(super) trait Format: std::fmt::Debug + Send {
+    /// Returns the blocks, whose messages are in order of time.
+    fn blocks(&self) -> Vec<Block>;
+
+    /// Returns the messages of the requested `types` in a block. They have at most `room` bytes.
+    fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked;
+
+    /// Returns the topics, with the numbers of messages that were loaded.
+    fn topics(&self) -> Vec<Topic>;
+
+    /// Returns the parts that were not read, one line each. Call it after all blocks were loaded.
+    fn missing(&self) -> Vec<String>;
+}
