@@ -44,7 +44,7 @@ impl Envelope {
         self.slow_tool(joints, arms, velocity);
     }
 
-    /// Returns the violation by a command that is not in the envelope.
+    /// Returns the violation by the first joint whose `command` is not in the envelope [rad/s, prismatic: m/s]; `None` if all are.
     pub fn violation(&self, command: &[f64]) -> Option<Violation> {
         let mut joints = command.iter().zip(&self.spans).enumerate();
         joints.find_map(|(joint, (speed, span))| span.violation(joint, *speed))

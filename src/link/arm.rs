@@ -305,9 +305,9 @@ impl ArmLink {
         }
     }
 
-    /// Measures the joint velocities after a robot has appeared, or after missed cycles. Returns false if this takes another joint
-    /// state. The first states may be old, so two velocities must agree: the reported velocity and the one between two states, or
-    /// the two velocities between three states.
+    /// Measures the joint velocities after a robot has appeared, or after missed cycles. Returns false if the measurement needs
+    /// another joint state. The first states may be old, so two velocities must agree: the reported velocity and the one between
+    /// two states, or the two velocities between three states.
     fn find_velocity(
         &mut self,
         now: Duration,

@@ -113,7 +113,8 @@ impl Link {
         })
     }
 
-    /// Notes that consent was revoked for the recorded losses of arms that disobeyed, and drops these losses.
+    /// Drops the recorded losses of all arms, because consent was revoked for them. Also lets the hold of an arm that does not
+    /// follow return to 0, until the servo drives this arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -208,7 +209,7 @@ impl Link {
         &self.predicted
     }
 
-    /// Returns the time at which the arms' joint states arrived, for the arm whose last joint state is the oldest. Returns `None`
+    /// Returns the arrival time of each arm's last joint state, for the arm for which this time is the earliest. Returns `None`
     /// until the state of each arm is known.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
@@ -219,7 +220,7 @@ impl Link {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
 
-    /// Returns the arm whose last joint state is the oldest.
+    /// Returns the number of the arm whose last joint state is the oldest, or of an arm that has sent none.
     pub fn quietest(&self) -> usize {
         let arms = self.arms.iter().enumerate();
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
@@ -237,7 +238,7 @@ impl Link {
         self.arms.iter().map(|arm| &arm.figures)
     }
 
-    /// Returns the first arm whose contact is one of `contacts`; `None` if there is no such arm.
+    /// Returns the number of the first arm whose [`ArmFigures::contact`] is one of `contacts`; `None` if there is no such arm.
     pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }

@@ -195,7 +195,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Notes that consent was revoked for the recorded losses, and drops them.
+    /// Drops the recorded losses, because consent was revoked for them.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }

@@ -99,7 +99,7 @@ impl Zigzag {
 }
 
 impl Oscillation {
-    /// Restarts without an allocation.
+    /// Forgets all commands and errors so far. Allocates nothing.
     pub fn restart(&mut self) {
         self.joints.clear();
         *self = Self { joints: std::mem::take(&mut self.joints), ..Self::default() };

@@ -238,8 +238,8 @@ impl Servo {
         self.contact()
     }
 
-    /// Returns the state and reason why an arm with consent is not driven: it does not follow, or nobody subscribes to its
-    /// commands.
+    /// Returns the state in which an arm with consent must stand because it does not follow or nobody subscribes to its commands.
+    /// The state is `None` if the arm may be driven. Also returns the reason, if any.
     fn contact(&self) -> (Option<State>, Option<Reason>) {
         let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
         let lost = self.robot.link.lost().map(Reason::DoesNotMove);

@@ -1,12 +1,11 @@
-//! Keeps the arm clear of its scene: of the velocities that close no gap too fast, finds the velocity nearest to the desired
-//! velocity.
+//! Keeps the arm clear of its scene: replaces the desired velocity by the nearest velocity that closes no gap too fast.
 
 use super::FilterInput;
 use crate::servo::{Arms, ClosePair};
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
-/// The distance below which the arm does not close gaps \[m\].
+/// The width to which the arm closes a gap at most \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
 /// A gap approaches the clearance with a time constant of at least this many cycles.
@@ -81,7 +80,8 @@ impl Constraints {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
     }
 
-    /// Sets the weights of the joints for the desired motion.
+    /// Sets the weight matrix of the quadratic program. If the desired motion is a motion of the joints, this is the identity.
+    /// Otherwise it is `JᵀJ + μ I`, with the rows of the Jacobian `J` that the aim controls.
     fn weigh(&mut self, input: &FilterInput) {
         let joints = self.slope.len();
         self.weights.fill(0.0);
