@@ -47,8 +47,8 @@ pub fn stacked(angular: &Vector3<f64>, linear: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
-/// The sums of a least-squares fit of the load, and of a constant bias of the sensor, to wrenches in several orientations:
-/// `f = m g + f₀` and `τ = (m c) × g + τ₀`, with gravity `g` in the tool frame.
+/// The sums of a least-squares fit to wrenches in several orientations of the tool. The fit finds the load and the constant bias of
+/// the sensor: `f = m g + f₀` and `τ = (m c) × g + τ₀`, with gravity `g` in the tool frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     count: f64,

@@ -122,7 +122,7 @@ pub struct LinkSettings<'a> {
     pub rearm_timeout: Duration,
     /// The time from a command to the joint state that shows its effect; `None` to estimate it.
     pub latency: Option<Duration>,
-    /// The rate at which the servo balances the pull at the joints [1/s]; 0 if it does not balance the pull.
+    /// The rate at which the servo balances the effect of a payload or of gravity on the joints [1/s]; 0 if it does not.
     pub integral: f64,
 }
 

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The link between a servo and its arms. It takes joint states, predicts positions, estimates delays and pulls, and monitors
-/// whether the arms follow.
+/// The link between a servo and its arms. It takes joint states and predicts positions. It estimates the delay of each arm, and the
+/// pull at each joint: by how much a payload or gravity slows the joint. It monitors whether the arms follow.
 #[derive(Serialize, Deserialize)]
 pub struct Link {
     arms: Vec<ArmLink>,
@@ -21,7 +21,7 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that balances the pull.
+    /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that keeps it still against a payload or gravity.
     hold: Vec<f64>,
     /// The part of each joint's hold to which the joint has responded [rad/s, prismatic: m/s].
     proven: Vec<f64>,
@@ -163,8 +163,8 @@ impl Link {
         }
     }
 
-    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. The hold, a part of the command that balances the
-    /// pull, does not move the joints.
+    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. The hold is a part of the command. It keeps the joints
+    /// still against a payload or gravity, so it does not move them.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {

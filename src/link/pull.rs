@@ -45,8 +45,8 @@ const OUTWARD: f64 = 5.0;
 /// The estimated pull at the joints of one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
-    /// The pull at each joint: the part of the difference between commanded and real speed that a pull explains [rad/s, prismatic:
-    /// m/s].
+    /// The pull at each joint: the part of the difference between commanded and real speed that a payload or gravity causes [rad/s,
+    /// prismatic: m/s].
     speeds: Vec<f64>,
     /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
@@ -56,7 +56,7 @@ pub(crate) struct Pull {
     pub compared: Option<Duration>,
 }
 
-/// Whether the servo balances the pull.
+/// Whether the servo balances the pull of a payload or of gravity at the joints.
 #[derive(Clone, Copy)]
 pub enum Hold {
     /// The servo does not balance the pull.

@@ -39,7 +39,8 @@ const REST: Duration = Duration::from_millis(300);
 /// The time after which the servo tries an arm again that does not follow.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// The robot's speed fraction is estimated only if the commanded motion is at least this many times the pull.
+/// The fraction of the commanded speed at which the robot moves is estimated only if the commanded motion is at least this many
+/// times the motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
 /// The weight of a new window in the smoothed speed fraction of the robot.
@@ -236,8 +237,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The estimates are that the arm
-    /// responds after the time `response`, and that `pull` acts on its joints [rad/s, prismatic: m/s].
+    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. By the estimates, the arm
+    /// responds after the time `response`, and a payload or gravity slows each joint by `pull` [rad/s, prismatic: m/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -259,8 +260,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`. The estimates are that it responds after
-    /// the time `response`, and that `pull` acts on its joints [rad/s, prismatic: m/s].
+    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`. By the estimates, the arm responds after
+    /// the time `response`, and a payload or gravity slows each joint by `pull` [rad/s, prismatic: m/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,

@@ -141,7 +141,7 @@ impl Search {
         }
     }
 
-    /// Returns the result.
+    /// Returns the result of the starts that were tried so far.
     pub fn found(&self) -> Found<'_> {
         let positions = self.shortest.is_finite().then_some(self.nearest.as_slice());
         Found { asked: self.asked.unwrap_or_default(), starts: self.starts, positions }

@@ -29,9 +29,9 @@ pub enum Stall {
     Oscillating,
     /// A payload or gravity cancels the law's velocity, so that the arm stands next to its goal.
     Sagging {
-        /// The number of the joint with the largest pull.
+        /// The number of the joint that the payload or gravity slows most.
         joint: usize,
-        /// The commanded speed of the joint, most of which the pull cancels [rad/s, prismatic: m/s].
+        /// The commanded speed of the joint, most of which the payload or gravity cancels [rad/s, prismatic: m/s].
         speed: f64,
         /// Whether the joint is revolute or prismatic.
         kind: JointKind,

@@ -243,7 +243,8 @@ impl Chain {
         Ok(UnitDualQuaternion::from_parts(rotation, point))
     }
 
-    /// Returns `base_from_link` for each link. Link i moves with joint i, and its z axis is the axis of joint i.
+    /// Returns `base_from_link` for each link, base first. The z axis of a link's frame is the axis about or along which the link
+    /// moves. Unless a joint moves several links, link i moves with joint i.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.

@@ -150,9 +150,9 @@ pub trait ControlLaw: Sync {
         self.twist(motion.gains, &motion.error)
     }
 
-    /// Returns the rates [1/s] by which the servo judges whether the law is slow enough for the robot's delay. These are the rates
-    /// of the law without a memory that becomes unstable at the same delay. `rates` are the rates that follow from
-    /// [`twist_gains`](Self::twist_gains).
+    /// Returns the rates [1/s] that the servo compares with the largest rate that is stable at the robot's delay. `rates` are the
+    /// rates that follow from [`twist_gains`](Self::twist_gains): a law without a memory returns them. A law with a memory returns
+    /// the rates of a law without a memory that becomes unstable at the same delay.
     fn rates_for_delay(&self, _gains: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
         rates
     }

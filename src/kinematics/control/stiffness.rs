@@ -37,7 +37,7 @@ impl Stiffness {
         Gram::of_columns(arm.joint_count(), self.columns(arm))
     }
 
-    /// Returns the fastest rate [1/s].
+    /// Returns the largest eigenvalue of `Jᵀ K J`: the rate at which the fastest errors decay [1/s].
     pub(super) fn fastest_rate(&self, arm: &ArmState) -> f64 {
         self.gram(arm).largest_eigenvalue()
     }

@@ -60,7 +60,7 @@ pub enum KeepOutRefused {
     Silent(String),
 }
 
-/// The least motion of a frame that moves the frame's keep-outs \[m, rad\].
+/// A frame that has moved by less than this leaves its keep-outs where they are \[m, rad\]. Smaller motions are noise.
 const STILL: f64 = 1e-3;
 
 /// Keep-outs in TF frames.
@@ -178,8 +178,8 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the newest message at its exact pose. While the exact pose is not known, places it at the newest known pose. If the
-    /// exact pose is not found within `patience`, returns the reason; otherwise `None`.
+    /// Places the keep-out of the newest message at its exact pose. While the exact pose is not known, uses the newest known pose
+    /// of the frame. If the exact pose is not found within `patience`, returns the reason; otherwise `None`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;

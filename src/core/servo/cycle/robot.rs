@@ -166,7 +166,7 @@ impl Servo {
         }
     }
 
-    /// Balances the pull at the joints of an arm that takes velocities.
+    /// Updates the hold of each joint of an arm that takes velocities. The hold keeps a joint still against a payload or gravity.
     pub(super) fn hold_joints(&mut self, standing: Option<State>) {
         let is_on = self.settings.integral > 0.0 && self.output.is_sent_speeds();
         let hold = match standing {
