@@ -14,16 +14,16 @@ const DEAD_BANDS: f64 = 3.0;
 /// A slower tool counts as standing when a contact begins [m/s].
 const MOVES: f64 = 2e-3;
 
-/// The time after the begin of a contact in which the force is watched \[s\].
+/// The time after the start of a contact in which the force is monitored \[s\].
 const TIME: f64 = 0.5;
 
-/// The force has grown if it is this many times the force at the begin of the contact.
+/// The force has grown if it is this many times the force at the start of the contact.
 const GROWN: f64 = 2.0;
 
 /// The force helps the motion if its component along the motion is at least this fraction of the force.
 const ALONG: f64 = 0.7;
 
-/// A contact, from its begin on.
+/// The contact in progress, with its first force \[N\] and its duration so far \[s\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Touch {
     /// The direction of the tool's motion when the contact began; 0 if the tool stood.
@@ -32,7 +32,7 @@ struct Touch {
     since: f64,
 }
 
-/// Watches the force at the begin of a contact.
+/// Monitors the force at the start of a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SignWatch {
     touch: Option<Touch>,

@@ -58,7 +58,8 @@ pub struct WrenchSensor {
     measured: Vector6<f64>,
     /// The last wrench without weight and bias.
     latest: Vector6<f64>,
-    /// [`latest`](Self::latest) after the low-pass, and its mean over a longer time.
+    /// [`latest`](Self::latest) after the low-pass. The field `mean` is the running mean of the wrench without weight, but with
+    /// bias.
     filtered: Vector6<f64>,
     mean: Vector6<f64>,
     bias: Vector6<f64>,

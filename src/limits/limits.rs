@@ -104,7 +104,7 @@ impl Limits {
     }
 
     /// Returns the jerk limit of joint number `joint` [rad/s³, prismatic: m/s³]. The limit is large enough that the joint reaches
-    /// its acceleration in [`RAMP_TIME`].
+    /// its largest acceleration or deceleration within [`RAMP_TIME`].
     pub fn jerk(&self, joint: usize) -> f64 {
         let largest = self.deceleration(joint).max(self.joint_acceleration[joint]);
         self.joint_jerk[joint].max(largest / RAMP_TIME)

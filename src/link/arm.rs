@@ -62,7 +62,7 @@ pub(crate) struct ArmLink {
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the arm appeared shortly before, and its speed has become known in this cycle.
+    /// Whether the arm's speed has become known in this cycle, after the arm appeared or after missed cycles.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,

@@ -257,7 +257,7 @@ impl Link {
         })
     }
 
-    /// Makes the servo try the arms that do not follow again at once.
+    /// Ends the pause after which the servo tries an arm that does not follow. So the servo tries the arm at once.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }

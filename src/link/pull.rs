@@ -1,8 +1,8 @@
 //! The pull at the joints of an arm that takes velocities, and the hold that balances it.
 //!
-//! A velocity servo stands only if nothing pulls at it. Let τ be a torque that it does not compensate for, of a payload or of gravity.
-//! Then a joint moves slower than its command u by the pull p = τ/k_v, and sinks at that speed if its command is zero. The estimate p̂
-//! follows
+//! The velocity controller of a joint keeps the joint still only if no torque acts on it. Let τ be a torque of a payload or of
+//! gravity that the controller, with the gain k_v, does not compensate for. Then the joint moves slower than its command u by the
+//! pull p = τ/k_v, and sinks at that speed if its command is zero. The estimate p̂ follows
 //!
 //! ```text
 //! dp̂/dt = K_I (u − θ̇ − p̂)

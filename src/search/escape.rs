@@ -1,9 +1,9 @@
 //! The escape from a singularity at which a law stands still although the error can be reduced there.
 //!
-//! If the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands. Close to
-//! such a configuration the law starts very slowly. The configuration is a critical point of `½|e|²`. At a saddle, such as a folded
-//! elbow and a goal farther out, the error falls to second order along the direction of the most negative curvature, both forward
-//! and backward. At a minimum, no configuration nearby is nearer to the goal.
+//! If the error `e` lies in a direction in which the joints cannot move the tool, `Jᵀ e = 0`: a law that feeds back the error
+//! stands. Close to such a configuration the law starts very slowly. The configuration is a critical point of `½|e|²`. At a saddle,
+//! such as a folded elbow and a goal farther out, the error falls to second order along the direction of the most negative
+//! curvature, both forward and backward. At a minimum, no configuration nearby is nearer to the goal.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Arms};
@@ -66,7 +66,7 @@ impl EscapeDirection {
 /// How far the motion of the joints can reduce the law's error.
 #[derive(Clone, Copy, Debug)]
 pub struct Freedom {
-    /// The law's error `|e|`. Radians and meters weigh alike.
+    /// The size `|e|` of the error that the law feeds back.
     pub error: f64,
     /// The fraction of the error that the joints can reduce, `|Jᵀ e| / |e|`.
     pub part: f64,

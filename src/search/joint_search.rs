@@ -45,7 +45,7 @@ pub struct Question<'a> {
     pub aim: Aim,
     /// The errors within which the goal counts as reached.
     pub tolerance: Tolerance,
-    /// The pose of the tool in the last frame of the chain.
+    /// The tool offset: the pose of the tool relative to the flange, the frame that the tool has without an offset.
     pub tool_offset: &'a UnitDualQuaternion,
     /// The present joint positions \[rad, prismatic: m\].
     pub from: &'a [f64],
@@ -64,7 +64,7 @@ pub struct Search {
     /// The largest speed of each joint [rad/s, prismatic: m/s]. Divided by these speeds, displacements become travel times, which
     /// the search compares.
     speeds: Vec<f64>,
-    /// The joint positions of the arm \[rad, prismatic: m\].
+    /// The joint positions of the arms when the servo asked \[rad, prismatic: m\].
     from: Vec<f64>,
     /// The arms at trial positions.
     trial: Arms,

@@ -177,9 +177,9 @@ impl MotionRequests {
         &self.consent
     }
 
-    /// Notes a message of `by` that arrived at `came` and was sent `ago` earlier. A publisher that was silent for longer than
-    /// `silence` begins a new push. Unusable messages end a silence, too. For a goal that waits for its frame, call this on
-    /// arrival, and again with the same times when the frame is found.
+    /// Notes a message of `by` that arrived at `came` and was sent `ago` earlier. Returns the request to which the message belongs.
+    /// A publisher that was silent for longer than `silence` begins a new push. Unusable messages end a silence, too. For a goal
+    /// that waits for its frame, call this on arrival, and again with the same times when the frame is found.
     pub fn hear(
         &mut self,
         by: Requester,

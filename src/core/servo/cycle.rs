@@ -266,7 +266,8 @@ impl Servo {
         self.clock.now
     }
 
-    /// Returns whether the last command was zero for every joint.
+    /// Returns whether the last command moves no joint. At a joint that is held against a payload or gravity, this command is not
+    /// zero.
     pub fn at_rest(&self) -> bool {
         self.output.at_rest()
     }

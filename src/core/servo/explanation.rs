@@ -29,8 +29,8 @@ const FEWEST: usize = 4;
 /// The largest number of goals that are kept.
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried. Their product with `LAG_STEP` is the longest delay at which the servo recognizes an earlier pose
-/// of the tool as a goal. With a longer delay the arm could hardly run away.
+/// Number of lags that are tried in addition to lag zero. Their product with `LAG_STEP` is the longest delay at which the servo
+/// recognizes an earlier pose of the tool as a goal. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
@@ -73,7 +73,7 @@ pub(super) struct Explanation {
     carries_since: Option<UnitDualQuaternion>,
 }
 
-/// The error of the tool with respect to its goal, and the numbers that tell whether the tool is near the goal.
+/// The error of the tool with respect to its goal, and the numbers by which the servo judges whether the tool is near the goal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearness {
     pub error: GoalError,

@@ -54,7 +54,7 @@ impl Default for GoalFrames {
 }
 
 /// The posture: joint positions to which an arm with joints to spare moves its joints, as far as the tool leaves them free. The
-/// [`default`](Self::default) has no effect.
+/// [`default`](Self::default) has no effect, because its gain is 0.
 #[derive(Clone, Debug, Default, PartialEq, Parameters)]
 #[parameters(prefix = "posture.")]
 pub struct Posture {

@@ -68,8 +68,8 @@ fn probe_speed(acceleration: f64) -> f64 {
 
 /// Returns the least distance by which a joint should have moved \[rad, prismatic: m\], after a command to move by `asked`.
 ///
-/// `pulled` is the part of the command that a pull may have canceled. It reduces the result if it has the sign of `asked`, and never
-/// increases the result.
+/// `pulled` is the part of the command that a payload or gravity may have canceled. It reduces the result if it has the sign of
+/// `asked`, and never increases the result.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)

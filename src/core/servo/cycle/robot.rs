@@ -86,7 +86,7 @@ impl Servo {
         let settings = LinkSettings {
             limits: &self.settings.limits,
             state_timeout: self.settings.state_timeout,
-            // A robot that is allowed a longer silence does not count as away.
+            // If `state_timeout` is longer, the robot may be silent for that time without counting as away.
             rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
             integral: self.settings.integral,
