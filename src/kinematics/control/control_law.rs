@@ -10,9 +10,9 @@ use std::ops::RangeInclusive;
 named! {
     /// The map from an error to joint velocities.
     "controller" Map {
-        /// `Jᵀ`.
+        /// The transposed Jacobian `Jᵀ`.
         Transpose = "transpose",
-        /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`.
+        /// The damped inverse of the Jacobian, `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`.
         DampedInverse = "damped_inverse",
     }
 }
@@ -76,7 +76,7 @@ pub struct LawInput<'a> {
     pub aim: Aim,
     /// The law's gains; a law with one gain ignores the second number.
     pub gains: [f64; 2],
-    /// The damped inverse.
+    /// The damping of the inverse. A law with the transpose does not use it.
     pub damping: Damping,
 }
 
@@ -176,8 +176,8 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// Returns the [`Stiffness`] of the closed loop at the present joint positions. It determines how fast errors decay. The
-    /// controller uses it only for laws with the transpose.
+    /// Returns the [`Stiffness`] of the closed loop at the present joint positions. The stiffness determines how fast errors decay.
+    /// The controller uses it only for laws with the transpose.
     fn stiffness(&self, input: &LawInput) -> Stiffness {
         stiffness_of_twist(self, input)
     }

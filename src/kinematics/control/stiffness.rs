@@ -43,7 +43,7 @@ impl Stiffness {
     }
 
     /// Replaces the joint velocities θ̇ in `theta_dot` by `(I + s Jᵀ K J)⁻¹ θ̇`. Here s is `time` \[s\]. Each rate r becomes `r/(1
-    /// + s r)`: no rate exceeds 1/s, and slow rates hardly change.
+    /// + s r)`. So no rate exceeds the reciprocal of `time`, and slow rates hardly change.
     ///
     /// The result is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.
     pub(super) fn soften(&self, arm: &ArmState, time: f64, theta_dot: &mut [f64]) {

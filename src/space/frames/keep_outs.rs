@@ -211,7 +211,8 @@ impl FramedKeepOuts {
     /// [`look`](Self::look) finds the pose of the new keep-out.
     ///
     /// # Errors
-    /// [`KeepOutRefused`] if the keep-out cannot be added. Then nothing changes.
+    /// [`KeepOutRefused`] if the keep-out cannot be added. Then the other keep-outs do not change, and [`refused`](Self::refused())
+    /// has the reason.
     pub fn put(&mut self, keep_out: FramedKeepOut, most: usize) -> Result<(), KeepOutRefused> {
         let (key, name) = (keep_out.key.clone(), keep_out.name());
         let why = if let Some(known) = self.all.iter_mut().find(|known| known.key == key) {
@@ -231,7 +232,7 @@ impl FramedKeepOuts {
         Err(why)
     }
 
-    /// Notes that a keep-out is not in force, and why.
+    /// Records that a keep-out is not in force, and why, for [`refused`](Self::refused()).
     pub fn refuse(&mut self, key: KeepOutKey, why: KeepOutRefused) {
         self.refused.retain(|(other, _)| *other != key);
         if self.refused.len() < MOST_REFUSED {

@@ -18,7 +18,7 @@ const SLIDE: f64 = 3.0;
 
 impl Scene {
     /// Creates the scene of the arms `chains`, whose joints move within `ranges` \[rad, prismatic: m\], arm after arm. Leaves out
-    /// pairs of parts that cannot collide or that always touch: see [`left_out`](Self::left_out).
+    /// pairs of parts that cannot collide or that always touch: see [`left_out`](Self::left_out()).
     ///
     /// # Errors
     /// [`SceneError`] if there are more than [`MOST_CAPSULES`] capsules or [`MOST_KEEP_OUTS`] keep-outs.
