@@ -14,7 +14,7 @@ impl Plane {
         Self(DualQuaternion { real, dual: Quaternion::from_real(normal.dot(point)) })
     }
 
-    /// Returns the normal.
+    /// Returns the normal `n`, of unit length.
     pub fn normal(&self) -> Vector3<f64> {
         self.0.real.imag()
     }
@@ -48,7 +48,7 @@ impl Line {
         Self(DualQuaternion { real, dual: Quaternion::from_imag(point.cross(direction)) })
     }
 
-    /// Returns the direction.
+    /// Returns the direction `l`, of unit length.
     pub fn direction(&self) -> Vector3<f64> {
         self.0.real.imag()
     }

@@ -105,7 +105,7 @@ impl UnitDualQuaternion {
         self.inner.dual
     }
 
-    /// Returns the rotation.
+    /// Returns the rotation `r`, with the sign of the real part.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::new_unchecked(self.inner.real)
     }

@@ -13,7 +13,7 @@ const STOPPING: Duration = Duration::from_secs(1);
 /// A servo may be silent for this many of its control periods, even if that is longer than the guard's timeout.
 pub const PERIODS: u32 = 3;
 
-/// The longest period of a servo.
+/// A longer interval between two commands does not count as the control period of a servo.
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
 /// The guard may have missed commands if the time between two joint states, or between two of its own steps, exceeds this fraction

@@ -24,8 +24,8 @@ const ENDED: f64 = 1e-7;
 
 /// The offset from the goal to the goal that has yielded. Its translation `p`, along the goal's axes, and its rotation vector `φ` are
 /// twice the logarithm of its dual quaternion as the reference work takes it (eq. 32). They obey
-/// `M p″ + D p′ + K p = f` and `M dω/dt + D ω + J⁻ᵀ(φ) K φ = τ`, with a diagonal `M`, `D` and `K` each, the force `f` along the goal's
-/// axes, and the torque `τ` and the body rate `ω` along those of the yielded goal.
+/// `M p″ + D p′ + K p = f` and `M dω/dt + D ω + J⁻ᵀ(φ) K φ = τ`, with diagonal matrices `M`, `D` and `K`. The force `f` is along the
+/// goal's axes; the torque `τ` and the body rate `ω` are along the axes of the yielded goal.
 ///
 /// `J⁻¹` turns the body rate into the rate of `φ`, so both elastic terms are gradients of the energy `½ pᵀ K p + ½ φᵀ K φ`. So the offset
 /// is passive: it returns no more work than it took in. About one axis, `J⁻ᵀ K φ` is `K φ`, as in Fonseca, Adorno and Fraisse (2020),
@@ -92,7 +92,7 @@ impl Admittance {
         stacked(&angular, &(self.offset.rotation().inverse() * linear))
     }
 
-    /// Keeps the offset as it is, at rest.
+    /// Sets the rates of the offset to zero. The offset itself does not change.
     pub fn freeze(&mut self) {
         self.rates = Vector6::zeros();
     }

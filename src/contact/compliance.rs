@@ -6,8 +6,8 @@ use nalgebra::{Vector3, Vector6};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The damping is at least this factor times what a contact with the given stiffness needs at the given delay. With factor 2/π, the
-/// contact would swing for ever.
+/// The damping is at least this factor times what a contact with the given stiffness needs at the given delay. At a factor of 2/π,
+/// the contact would oscillate forever.
 const MARGIN: f64 = 1.5;
 
 /// How the goal yields to the wrench at the tool. Lists of six numbers are for motion along x, y, z and about x, y, z of the

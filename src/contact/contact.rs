@@ -45,7 +45,7 @@ pub struct ContactState {
     /// The offset by which the goal yields.
     pub offset: Admittance,
     sign: SignWatch,
-    /// The limits of force and torque after a stop \[N, N m\]; `None` before.
+    /// The raised limits of force and torque, from a stop until the contact ends \[N, N m\]; `None` at other times.
     tolerated: Option<[f64; 2]>,
 }
 
@@ -55,14 +55,14 @@ impl ContactState {
         self.sensor.sources.rivals(now)
     }
 
-    /// Returns why the arm has to stop now. `twist` is the body twist of the tool frame, `(ω, v)` [rad/s, m/s], and `dt` the time
-    /// since the last call \[s\].
+    /// Returns why the arm has to stop now; `None` if it need not stop. `twist` is the body twist of the tool frame, `(ω, v)`
+    /// [rad/s, m/s], and `dt` the time since the last call \[s\].
     pub fn fault(&mut self, compliance: &Compliance, twist: &Vector6<f64>, dt: f64) -> Option<ContactFault> {
         let velocity = twist.fixed_rows::<3>(3).into_owned();
         self.sensor.note_motion(velocity.norm() * dt);
         let force = self.sensor.filtered().fixed_rows::<3>(3).into_owned();
         let wrong_sign = self.sign.update(&force, &velocity, compliance.dead_band[0], dt);
-        // A stiff wall exceeds the limit before the low-pass shows it.
+        // At a stiff wall, the force exceeds its limit before the filtered wrench does. So these checks use the latest wrench.
         let sudden = self.sensor.latest().fixed_rows::<3>(3).into_owned();
         let latest = sizes(self.sensor.latest());
         let [force_now, torque_now] = latest;
@@ -100,7 +100,7 @@ impl ContactState {
         };
         let felt = wrench_in(&tool_offset.inverse(), self.sensor.filtered());
         let felt = beyond(&felt, compliance.dead_band);
-        // The goal feels what the tool feels, as if the goal were where the tool is.
+        // The wrench at the tool acts on the goal as if the origin of the goal were at the tool.
         let turned = UnitDualQuaternion::from_parts(*rotation, Default::default());
         let wrench = wrench_in(&turned, &felt) + angular_first(&compliance.force_goal);
         self.offset.advance(Some(compliance), &wrench, delay, dt);

@@ -1,4 +1,4 @@
-//! The weight of what hangs on the sensor.
+//! The load that hangs on the sensor, and its identification.
 
 use nalgebra::{Matrix4, Matrix6, UnitQuaternion, Vector3, Vector4, Vector6};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use thiserror::Error;
 /// The mass is known if the directions of gravity in the tool frame spread by at least this fraction of gravity about two axes.
 const SPREAD: f64 = 0.2;
 
-/// What hangs on the sensor.
+/// The load on the sensor: the tool and everything else that hangs on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// Mass \[kg\].
@@ -47,8 +47,8 @@ pub fn stacked(angular: &Vector3<f64>, linear: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
-/// The sums of a least-squares fit of the load, and of a constant bias of the sensor, to wrenches in several orientations:
-/// `f = m g + f₀` and `τ = (m c) × g + τ₀`, with gravity `g` in the tool frame.
+/// The sums of a least-squares fit to wrenches in several orientations of the tool. The fit finds the load and the constant bias of
+/// the sensor: `f = m g + f₀` and `τ = (m c) × g + τ₀`, with gravity `g` in the tool frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     count: f64,
@@ -90,7 +90,7 @@ impl Identification {
         let spread = self.products / self.count - mean * mean.transpose();
         let mut spreads = spread.symmetric_eigenvalues();
         spreads.as_mut_slice().sort_by(f64::total_cmp);
-        // Comparing in this way also refuses NaN.
+        // This comparison also rejects NaN.
         if !(spreads[1] >= SPREAD * SPREAD / 2.0) {
             return Err(TooFewDirections);
         }

@@ -6,23 +6,24 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// A contact begins at this force \[N\], or at this many dead bands if that is more. It ends at half of it.
+/// A contact begins when the force reaches `TOUCH` \[N\] or `DEAD_BANDS` times the dead band, whichever is larger. It ends when the
+/// force falls below half of that.
 const TOUCH: f64 = 3.0;
 const DEAD_BANDS: f64 = 3.0;
 
 /// A slower tool counts as standing when a contact begins [m/s].
 const MOVES: f64 = 2e-3;
 
-/// The time after the begin of a contact in which the force is watched \[s\].
+/// The time after the start of a contact in which the force is monitored \[s\].
 const TIME: f64 = 0.5;
 
-/// The force has grown if it is this many times the force at the begin of the contact.
+/// The force has grown if it is this many times the force at the start of the contact.
 const GROWN: f64 = 2.0;
 
-/// The force helps the motion if its part along the motion is at least this fraction of it.
+/// The force helps the motion if its component along the motion is at least this fraction of the force.
 const ALONG: f64 = 0.7;
 
-/// A contact, from its begin on.
+/// The contact in progress, with its first force \[N\] and its duration so far \[s\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Touch {
     /// The direction of the tool's motion when the contact began; 0 if the tool stood.
@@ -31,11 +32,12 @@ struct Touch {
     since: f64,
 }
 
-/// Watches the force at the begin of a contact.
+/// Monitors the force at the start of a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SignWatch {
     touch: Option<Touch>,
-    /// The last velocity of the tool without a contact [m/s]. It does not come from yielding.
+    /// The velocity of the tool when it was last without a contact [m/s]. Without a contact, the tool does not move because it
+    /// yields.
     velocity: Vector3<f64>,
 }
 

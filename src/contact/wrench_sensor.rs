@@ -1,4 +1,4 @@
-//! The wrench at the tool: from the sensor's messages to the wrench that something else exerts on the controlled tool.
+//! Converts the sensor's messages to the wrench that the environment exerts on the tool, in the tool frame.
 
 use crate::load::stacked;
 use crate::{Compliance, Identification, Load, TooFewDirections, wrench_in};
@@ -12,7 +12,7 @@ use std::time::Duration;
 /// The largest force or torque of a message \[N, N m\].
 const LARGEST: f64 = 1e12;
 
-/// A longer interval between two messages counts as this \[s\].
+/// The low-pass and the mean count a longer interval between two messages as this long \[s\].
 const LONGEST_INTERVAL: f64 = 0.1;
 
 /// The time constant of the mean from which [`WrenchSensor::tare`] takes the bias \[s\].
@@ -30,7 +30,7 @@ pub struct WrenchReading<'a> {
     pub force: [f64; 3],
     /// Torque about the origin of the sensor's frame \[N m\].
     pub torque: [f64; 3],
-    /// The frame in which `sensor` is: the base frame or the tool frame. Empty for the tool frame.
+    /// The name of the frame in which the pose `sensor` is given: the base frame or the tool frame. Empty for the tool frame.
     pub frame_id: &'a str,
     /// The pose of the sensor's frame in `frame_id`.
     pub sensor: UnitDualQuaternion,
@@ -58,7 +58,8 @@ pub struct WrenchSensor {
     measured: Vector6<f64>,
     /// The last wrench without weight and bias.
     latest: Vector6<f64>,
-    /// [`latest`](Self::latest) after the low-pass, and its mean over a longer time.
+    /// [`latest`](Self::latest) after the low-pass. The field `mean` is the running mean of the wrench without weight, but with
+    /// bias.
     filtered: Vector6<f64>,
     mean: Vector6<f64>,
     bias: Vector6<f64>,
@@ -68,8 +69,9 @@ pub struct WrenchSensor {
 }
 
 impl WrenchSensor {
-    /// Takes a wrench that was received at `now`. Returns whether its publisher is the one in use. `base_from_tool` is the pose of
-    /// the tool frame, and `in_tool` says whether the reading's `frame_id` is the tool frame; otherwise it is the base frame.
+    /// Takes a wrench that was received at `now`. Returns false if the wrench is ignored because another publisher is in use.
+    /// `base_from_tool` is the pose of the tool frame, and `in_tool` says whether the reading's `frame_id` is the tool frame;
+    /// otherwise it is the base frame.
     ///
     /// # Errors
     /// [`NumberError`] for a number that is not finite or is too large. The last valid wrench remains.
@@ -100,7 +102,7 @@ impl WrenchSensor {
         let load = Load { mass: compliance.tool_mass, center: compliance.tool_center.into() };
         let unbiased = measured - load.weight(&rotation, &compliance.gravity());
         self.latest = unbiased - self.bias;
-        // The first wrench sets the filters.
+        // The first wrench has an infinite interval, so that the filtered wrench and the mean start at it.
         let interval = if interval.is_finite() { interval.min(LONGEST_INTERVAL) } else { f64::INFINITY };
         let share = |time: f64| -(-interval / time).exp_m1();
         self.filtered += share(compliance.filter_time()) * (self.latest - self.filtered);
@@ -141,7 +143,7 @@ impl WrenchSensor {
         &self.filtered
     }
 
-    /// Counts the present wrench, averaged over the last second, as no contact: it becomes the bias.
+    /// Counts the present wrench as no contact. The bias becomes the running mean of the wrenches, with a time constant of 0.3 s.
     pub fn tare(&mut self) {
         let change = self.mean - self.bias;
         self.bias = self.mean;

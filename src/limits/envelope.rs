@@ -15,7 +15,7 @@ pub struct Envelope {
     rest: Vec<f64>,
     /// A second candidate for the command [rad/s, prismatic: m/s].
     other: Vec<f64>,
-    /// The first joint (counted from 0) stopped by its position limit.
+    /// The first joint (counted from 0) that its position limit stops; `None` if no limit stops a joint.
     pub held_back: Option<usize>,
 }
 
@@ -44,7 +44,8 @@ impl Envelope {
         self.slow_tool(joints, arms, velocity);
     }
 
-    /// Returns the violation by a command that is not in the envelope.
+    /// Returns the violation by the first joint whose `command` is not in the envelope [rad/s, prismatic: m/s]; `None` if every
+    /// speed is in the envelope.
     pub fn violation(&self, command: &[f64]) -> Option<Violation> {
         let mut joints = command.iter().zip(&self.spans).enumerate();
         joints.find_map(|(joint, (speed, span))| span.violation(joint, *speed))

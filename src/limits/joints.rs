@@ -12,7 +12,7 @@ pub struct Joints<'a> {
     pub positions: &'a [f64],
     /// The commanded motion: the last command less `hold` [rad/s, prismatic: m/s].
     pub before: &'a [f64],
-    /// The hold: the part of each command that balances the pull at the joint without moving it [rad/s, prismatic: m/s].
+    /// The hold: the part of each command that keeps the joint still against a payload or gravity [rad/s, prismatic: m/s].
     pub hold: &'a [f64],
     /// The braking data of each joint, and the timing of the cycle.
     pub braking: Braking<'a>,

@@ -42,16 +42,16 @@ pub struct Limits {
     #[parameter(range = JOINT_SPEEDS, required)]
     pub joint_velocity: Vec<f64>,
     /// largest joint accelerations, one per joint [rad/s^2, m/s^2]
-    // For an arm that is driven.
+    // These limits apply to an arm that is driven. A stop uses the decelerations.
     #[parameter(range = JOINT_SPEEDS, required)]
     pub joint_acceleration: Vec<f64>,
     /// joint decelerations in a stop and before a position limit, one per joint; empty: the accelerations, or, if they are larger,
     /// the decelerations that stop a joint within 1 s [rad/s^2, m/s^2]
-    // `deceleration` is the lower bound.
+    // `Limits::deceleration` raises a value that is too small to stop the joint in time.
     #[parameter(range = JOINT_SPEEDS)]
     pub joint_deceleration: Vec<f64>,
     /// how fast joint accelerations may change, stops included: one number for all joints or one per joint; empty: at once [rad/s^3, m/s^3]
-    // Infinite for no limit; `jerk` is the lower bound.
+    // Infinite for no limit. `Limits::jerk` raises a value that is too small.
     #[parameter(name = "limits.jerk", range = JOINT_JERKS)]
     pub joint_jerk: Vec<f64>,
     /// largest speed of a tool point [m/s]
@@ -104,7 +104,7 @@ impl Limits {
     }
 
     /// Returns the jerk limit of joint number `joint` [rad/s³, prismatic: m/s³]. The limit is large enough that the joint reaches
-    /// its acceleration in [`RAMP_TIME`].
+    /// its largest acceleration or deceleration within [`RAMP_TIME`].
     pub fn jerk(&self, joint: usize) -> f64 {
         let largest = self.deceleration(joint).max(self.joint_acceleration[joint]);
         self.joint_jerk[joint].max(largest / RAMP_TIME)

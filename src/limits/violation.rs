@@ -53,9 +53,9 @@ pub enum Violation {
     Jerk {
         /// The number of the joint.
         joint: usize,
-        /// The difference between the steps [rad/s, prismatic: m/s].
+        /// The difference between the two changes of speed, each in one cycle [rad/s, prismatic: m/s].
         change: f64,
-        /// The difference between the two changes of speed [rad/s, prismatic: m/s].
+        /// The largest allowed difference [rad/s, prismatic: m/s].
         limit: f64,
     },
     /// A commanded speed is outside the [envelope](crate::Envelope): a stop from this speed would exceed a limit (rules 5, 6 and

@@ -12,7 +12,8 @@ pub struct Arbiter {
     current: Option<Heard>,
     /// Another publisher that has sent a message since the current publisher was chosen.
     other: Option<Heard>,
-    /// Whether both publishers are present. This is known when the current publisher sends a message after the other publisher.
+    /// Whether both publishers are present. Becomes true when the current publisher sends a message within [`PRESENCE`] after the
+    /// other publisher did.
     both: bool,
 }
 

@@ -62,7 +62,7 @@ pub(crate) struct ArmLink {
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the arm appeared shortly before, and its speed has become known in this cycle.
+    /// Whether the arm's speed has become known in this cycle, after the arm appeared or after missed cycles.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,
@@ -305,9 +305,9 @@ impl ArmLink {
         }
     }
 
-    /// Measures the joint velocities after a robot has appeared, or after missed cycles. Returns false if this takes another joint
-    /// state. The first states may be old, so two velocities must agree: the reported velocity and the one between two states, or
-    /// the two velocities between three states.
+    /// Measures the joint velocities after a robot has appeared, or after missed cycles. Returns false if the measurement needs
+    /// another joint state. The first states may be old, so two velocities must agree: the reported velocity and the one between
+    /// two states, or the two velocities between three states.
     fn find_velocity(
         &mut self,
         now: Duration,

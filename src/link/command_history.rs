@@ -71,7 +71,7 @@ impl CommandHistory {
         }
         self.speeds.extend_from_slice(command);
         self.moves = command != hold;
-        // If the clock went back, the times no longer mean anything. If the memory is full, the older half is dropped at once.
+        // If the clock went back, all earlier commands are dropped. If the memory is full, its older half is dropped.
         let forgotten = match self.times.last() {
             Some(last) if now < *last => self.times.len(),
             _ if self.times.len() + 1 == 2 * self.capacity => self.capacity,

@@ -82,7 +82,7 @@ impl JointOrder {
     }
 }
 
-/// Checks that the position \[rad, prismatic: m\] of a joint is plausible.
+/// Checks that the position \[rad, prismatic: m\] of a joint is finite and within [`bounds::JOINT_ANGLE`].
 pub(crate) fn check(joint: &str, position: f64) -> Result<(), NumberError> {
     bounds::check(|| format!("position of {joint:?}"), &[position], bounds::JOINT_ANGLE, "rad or m")
 }

@@ -177,7 +177,8 @@ impl Latency {
         }
     }
 
-    /// Returns the response time that explains the motion \[s\]; `None` if no candidate fits much better than the others.
+    /// Returns the response time with which the commands fit the motion best \[s\]. Returns `None` if all candidates fit about
+    /// equally well, or if even the best one fits badly.
     fn best(&self) -> Option<f64> {
         let count = self.count.max(f64::MIN_POSITIVE);
         let motion = self.motion - self.moved.iter().map(|moved| moved * moved).sum::<f64>() / count;

@@ -1,4 +1,5 @@
-//! Connects the servo to its robot: takes joint states, estimates delays and pulls, and checks that the robot is present and follows.
+//! Connects the servo to its robot: takes joint states, estimates the robot's delay and the effect of payload and gravity on its
+//! joints, and checks that the robot is present and follows.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -78,7 +79,7 @@ pub enum Contact {
 /// What the link has estimated about one arm, as of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
-    /// The age, when the last joint state arrived, of the commands whose effect it shows.
+    /// The time from a command to the arrival of the joint state that shows its effect, for the last joint state.
     pub lag: Duration,
     /// The delay that limits the law's gain: the time from a command to the joint state that shows its effect, plus one interval of
     /// joint states.
@@ -121,7 +122,7 @@ pub struct LinkSettings<'a> {
     pub rearm_timeout: Duration,
     /// The time from a command to the joint state that shows its effect; `None` to estimate it.
     pub latency: Option<Duration>,
-    /// The rate at which the servo balances the pull at the joints [1/s]; 0 if it does not balance the pull.
+    /// The rate at which the servo balances the effect of a payload or of gravity on the joints [1/s]; 0 if it does not.
     pub integral: f64,
 }
 

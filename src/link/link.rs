@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The link between a servo and its arms. It takes joint states, predicts positions, estimates delays and pulls, and monitors
-/// whether the arms follow.
+/// The link between a servo and its arms. It takes joint states and predicts positions. It estimates the delay of each arm, and the
+/// pull at each joint: by how much a payload or gravity slows the joint. It monitors whether the arms follow.
 #[derive(Serialize, Deserialize)]
 pub struct Link {
     arms: Vec<ArmLink>,
@@ -21,7 +21,7 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that balances the pull.
+    /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that keeps it still against a payload or gravity.
     hold: Vec<f64>,
     /// The part of each joint's hold to which the joint has responded [rad/s, prismatic: m/s].
     proven: Vec<f64>,
@@ -113,7 +113,8 @@ impl Link {
         })
     }
 
-    /// Notes that consent was revoked for the recorded losses of arms that disobeyed, and drops these losses.
+    /// Drops the recorded losses of all arms, because consent was revoked for them. Also lets the hold of an arm that does not
+    /// follow return to 0, until the servo drives this arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -162,8 +163,8 @@ impl Link {
         }
     }
 
-    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. The hold, a part of the command that balances the
-    /// pull, does not move the joints.
+    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. The hold is a part of the command. It keeps the joints
+    /// still against a payload or gravity, so it does not move them.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -208,7 +209,7 @@ impl Link {
         &self.predicted
     }
 
-    /// Returns the time at which the arms' joint states arrived, for the arm whose last joint state is the oldest. Returns `None`
+    /// Returns the arrival time of each arm's last joint state, for the arm for which this time is the earliest. Returns `None`
     /// until the state of each arm is known.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
@@ -219,7 +220,7 @@ impl Link {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
 
-    /// Returns the arm whose last joint state is the oldest.
+    /// Returns the number of the arm whose last joint state is the oldest, or of an arm that has sent none.
     pub fn quietest(&self) -> usize {
         let arms = self.arms.iter().enumerate();
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
@@ -237,7 +238,7 @@ impl Link {
         self.arms.iter().map(|arm| &arm.figures)
     }
 
-    /// Returns the first arm whose contact is one of `contacts`; `None` if there is no such arm.
+    /// Returns the number of the first arm whose [`ArmFigures::contact`] is one of `contacts`; `None` if there is no such arm.
     pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
@@ -256,7 +257,7 @@ impl Link {
         })
     }
 
-    /// Makes the servo try the arms that do not follow again at once.
+    /// Ends the pause after which the servo tries an arm that does not follow. So the servo tries the arm at once.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }

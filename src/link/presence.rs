@@ -16,8 +16,8 @@ pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
 /// An event that revokes earlier requests: the robot appeared, came back, or jumped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Return {
-    /// The event revokes requests made until this time. If it is `None`, the clock began later than that, so no request is old
-    /// enough.
+    /// The event revokes requests made until this time. `None` if this time would be before the clock began: the event then revokes
+    /// nothing.
     pub since: Option<Duration>,
     /// What the robot did.
     pub what: Returned,

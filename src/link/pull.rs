@@ -1,8 +1,8 @@
 //! The pull at the joints of an arm that takes velocities, and the hold that balances it.
 //!
-//! A velocity servo stands only if nothing pulls at it. Let τ be a torque that it does not compensate for, of a payload or of gravity.
-//! Then a joint moves slower than its command u by the pull p = τ/k_v, and sinks at that speed if its command is zero. The estimate p̂
-//! follows
+//! The velocity controller of a joint keeps the joint still only if no torque acts on it. Let τ be a torque of a payload or of
+//! gravity that the controller, with the gain k_v, does not compensate for. Then the joint moves slower than its command u by the
+//! pull p = τ/k_v, and sinks at that speed if its command is zero. The estimate p̂ follows
 //!
 //! ```text
 //! dp̂/dt = K_I (u − θ̇ − p̂)
@@ -45,8 +45,8 @@ const OUTWARD: f64 = 5.0;
 /// The estimated pull at the joints of one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
-    /// The pull at each joint: the part of the difference between commanded and real speed that a pull explains [rad/s, prismatic:
-    /// m/s].
+    /// The pull at each joint: the part of the difference between commanded and real speed that a payload or gravity causes [rad/s,
+    /// prismatic: m/s].
     speeds: Vec<f64>,
     /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
@@ -56,7 +56,7 @@ pub(crate) struct Pull {
     pub compared: Option<Duration>,
 }
 
-/// Whether the servo balances the pull.
+/// Whether the servo balances the pull of a payload or of gravity at the joints.
 #[derive(Clone, Copy)]
 pub enum Hold {
     /// The servo does not balance the pull.

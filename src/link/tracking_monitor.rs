@@ -23,8 +23,8 @@ const TOO_FAR: f64 = 2.0;
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// The additional delays, beyond the estimated delay, that the monitor considers. It uses the one with which the motion fits the
-/// commands best.
+/// The monitor compares the motion with the commands at the estimated delay plus each of these times. The comparison that fits best
+/// counts.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
 /// How long a joint must fail to follow before the arm counts as lost.
@@ -33,13 +33,14 @@ const PERSISTENCE: Duration = Duration::from_millis(50);
 /// Commands below this speed are too small to show whether the arm follows [rad/s, prismatic: m/s].
 const CREEP: f64 = 1e-3;
 
-/// After this time without a visible command, the arm must respond again before it counts as following.
+/// After this time without a command above [`CREEP`], the arm must respond again before it counts as following.
 const REST: Duration = Duration::from_millis(300);
 
-/// The time after which the servo tries an arm again that does not follow.
+/// How long the servo sends zeros to an arm that does not follow, before it tries the arm again.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// The robot's speed fraction is estimated only if the commanded motion is at least this many times the pull.
+/// The fraction of the commanded speed at which the robot moves is estimated only if the commanded motion is at least this many
+/// times the motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
 /// The weight of a new window in the smoothed speed fraction of the robot.
@@ -195,7 +196,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Notes that consent was revoked for the recorded losses, and drops them.
+    /// Drops the recorded losses, because consent was revoked for them.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }
@@ -236,8 +237,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The estimates are that the arm
-    /// responds after the time `response`, and that `pull` acts on its joints [rad/s, prismatic: m/s].
+    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. By the estimates, the arm
+    /// responds after the time `response`, and a payload or gravity slows each joint by `pull` [rad/s, prismatic: m/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -259,8 +260,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`. The estimates are that it responds after
-    /// the time `response`, and that `pull` acts on its joints [rad/s, prismatic: m/s].
+    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`. By the estimates, the arm responds after
+    /// the time `response`, and a payload or gravity slows each joint by `pull` [rad/s, prismatic: m/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,
@@ -317,7 +318,8 @@ impl TrackingMonitor {
         self.departure.note_speeds(distances.map(|(asked, moved)| (asked / seconds, moved / seconds)));
     }
 
-    /// Finds the joint whose distance exceeds the commanded distance most.
+    /// Stores in `too_far` the joint whose distance exceeds the commanded distance by the largest factor, if this factor is at
+    /// least [`TOO_FAR`].
     fn watch_excess(&mut self, now: Duration) {
         let parts = self.parts.iter().map(|part| part.smallest).enumerate();
         let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));

@@ -79,7 +79,8 @@ impl Declaration {
         }
     }
 
-    /// Returns the constraint in words; an empty string for a text without a constraint.
+    /// Returns the allowed values in words, with their unit. Returns an empty string if there is no constraint, except for a list
+    /// of doubles, which must be finite.
     pub fn expected(&self) -> String {
         let unit = |before: &str| {
             if self.unit.is_empty() { String::new() } else { format!("{before}{}", self.unit) }

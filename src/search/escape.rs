@@ -1,9 +1,9 @@
 //! The escape from a singularity at which a law stands still although the error can be reduced there.
 //!
-//! If the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands. Close to
-//! such a configuration the law starts very slowly. The configuration is a critical point of `½|e|²`. At a saddle, such as a folded
-//! elbow and a goal farther out, the error falls to second order along the direction of the most negative curvature, in either
-//! sense. At a minimum, no configuration nearby is nearer to the goal.
+//! If the error `e` lies in a direction in which the joints cannot move the tool, `Jᵀ e = 0`: a law that feeds back the error
+//! stands. Close to such a configuration the law starts very slowly. The configuration is a critical point of `½|e|²`. At a saddle,
+//! such as a folded elbow and a goal farther out, the error falls to second order along the direction of the most negative
+//! curvature, both forward and backward. At a minimum, no configuration nearby is nearer to the goal.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Arms};
@@ -31,7 +31,7 @@ const SQUARINGS: usize = 20;
 pub enum FoundEscape {
     /// An escape that the arm can take.
     Open,
-    /// The arm cannot take the escape: the position limits of this joint (counted from 0) block it in both senses.
+    /// The arm cannot take the escape: the position limits of this joint (counted from 0) block it both forward and backward.
     Barred(usize),
     /// There is no escape: no configuration nearby is nearer to the goal.
     None,
@@ -66,7 +66,7 @@ impl EscapeDirection {
 /// How far the motion of the joints can reduce the law's error.
 #[derive(Clone, Copy, Debug)]
 pub struct Freedom {
-    /// The law's error `|e|`.
+    /// The size `|e|` of the error that the law feeds back.
     pub error: f64,
     /// The fraction of the error that the joints can reduce, `|Jᵀ e| / |e|`.
     pub part: f64,
@@ -106,7 +106,7 @@ impl Escape {
         Freedom { error, part, fall: self.direction.along(&self.descent) / error }
     }
 
-    /// Finds an escape at the joint positions `theta` \[rad, prismatic: m\].
+    /// Searches for an escape at the joint positions `theta` \[rad, prismatic: m\], and stores its direction in `direction`.
     pub fn find(
         &mut self,
         controller: &Controller,
@@ -123,7 +123,8 @@ impl Escape {
         if !is_open {
             return FoundEscape::None;
         }
-        // Both senses are equal to second order. The slope of the error, however small, decides between them.
+        // The curvature is the same forward and backward along the direction. The slope of the error, however small, decides
+        // between the two.
         let slope = direction.along(descent);
         let largest = direction.0[direction.0.icamax()];
         if slope < 0.0 || (slope == 0.0 && largest < 0.0) {

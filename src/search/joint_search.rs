@@ -45,7 +45,7 @@ pub struct Question<'a> {
     pub aim: Aim,
     /// The errors within which the goal counts as reached.
     pub tolerance: Tolerance,
-    /// The pose of the tool in the last frame of the chain.
+    /// The tool offset: the pose of the tool relative to the flange, the frame that the tool has without an offset.
     pub tool_offset: &'a UnitDualQuaternion,
     /// The present joint positions \[rad, prismatic: m\].
     pub from: &'a [f64],
@@ -64,7 +64,7 @@ pub struct Search {
     /// The largest speed of each joint [rad/s, prismatic: m/s]. Divided by these speeds, displacements become travel times, which
     /// the search compares.
     speeds: Vec<f64>,
-    /// The joint positions of the arm \[rad, prismatic: m\].
+    /// The joint positions of the arms when the servo asked \[rad, prismatic: m\].
     from: Vec<f64>,
     /// The arms at trial positions.
     trial: Arms,
@@ -141,7 +141,7 @@ impl Search {
         }
     }
 
-    /// Returns the result.
+    /// Returns the result of the starts that were tried so far.
     pub fn found(&self) -> Found<'_> {
         let positions = self.shortest.is_finite().then_some(self.nearest.as_slice());
         Found { asked: self.asked.unwrap_or_default(), starts: self.starts, positions }

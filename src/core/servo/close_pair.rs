@@ -4,12 +4,13 @@ use dq_space::space::{Near, Pair, Scene};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Two parts that are close to each other, and the gap between them.
+/// Two parts of a scene that are close to each other, and the gap between them. A part is a capsule of an arm's body, a keep-out,
+/// or a keep-in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosePair {
     /// The two parts.
     pub pair: Pair,
-    /// The size of the gap \[m\].
+    /// The size of the gap \[m\]; negative if the parts overlap, or if the tool is outside of the keep-in.
     pub distance: f64,
     /// The two ends of the gap in the base frame \[m\]. The first end is on the axis of the first capsule. The second end is on the
     /// axis of the other capsule, or on the surface of the keep-out or keep-in.
@@ -17,7 +18,7 @@ pub struct ClosePair {
 }
 
 impl ClosePair {
-    /// Converts `near`, two parts of `scene` that are near each other.
+    /// Names the two parts of `near` as `scene` does, and copies their gap.
     pub(super) fn of(scene: &Scene, near: &Near) -> Self {
         let gap = &near.gap;
         Self { pair: scene.pair(near.pair), distance: gap.distance, points: [gap.point, gap.other] }

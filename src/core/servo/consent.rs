@@ -19,8 +19,8 @@ use std::time::Duration;
 /// sends once a second.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers that the servo tells apart. While there are more, the push of an unknown publisher counts as older
-/// than every revocation.
+/// Largest number of publishers whose pushes the servo stores. While this many publishers stream, a message of a further publisher
+/// counts as older than every revocation.
 pub(super) const MOST: usize = 16;
 
 /// The sender of a request for motion.
@@ -177,9 +177,9 @@ impl MotionRequests {
         &self.consent
     }
 
-    /// Notes a message of `by` that arrived at `came` and was sent `ago` earlier. A publisher that was silent for longer than
-    /// `silence` begins a new push. Unusable messages end a silence, too. For a goal that waits for its frame, call this on
-    /// arrival, and again with the same times when the frame is found.
+    /// Notes a message of `by` that arrived at `came` and was sent `ago` earlier. Returns the request to which the message belongs.
+    /// A publisher that was silent for longer than `silence` begins a new push. Unusable messages end a silence, too. For a goal
+    /// that waits for its frame, call this on arrival, and again with the same times when the frame is found.
     pub fn hear(
         &mut self,
         by: Requester,
@@ -204,8 +204,8 @@ impl MotionRequests {
         request
     }
 
-    /// Makes room for another publisher, if there is none: of the publishers that were heard only once, removes the oldest. Such a
-    /// publisher does not stream.
+    /// If `pushes` is full, removes the oldest push that has only one message, because its publisher does not stream. If every push
+    /// has more messages, removes none.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -317,11 +317,11 @@ impl MotionRequests {
     pub fn stop(&mut self, now: Duration) {
         self.revoke(now, now, Revocation::Stopped);
         self.consent.stopping = true;
-        // A stick that is still held remains a request, which is revoked.
+        // A request by a twist remains, as a revoked request: the user may still hold the joystick.
         self.consent.request = self.consent.request.filter(|request| !request.by.is_for_goal());
     }
 
-    /// Notes that the arm has come to rest.
+    /// Ends a stop, because the arm has come to rest.
     pub fn stand(&mut self) {
         self.consent.stopping = false;
     }

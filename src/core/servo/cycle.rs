@@ -45,7 +45,7 @@ pub struct Servo {
     robot: Robot,
     frames: Frames,
     settings: Settings,
-    /// Number of times that the settings were changed.
+    /// Number of successful calls of [`configure`](Servo::configure), also with equal settings.
     configurations: u64,
     /// When the settings were last changed; `None` if they never were.
     configured: Option<Duration>,
@@ -59,7 +59,7 @@ pub struct Servo {
     stream: GoalStream,
     explanation: Explanation,
     escape: Escape,
-    /// What the law remembers of the motion that it drives now.
+    /// The memory that the law passes from cycle to cycle during a motion.
     law_memory: LawMemory,
     contact: ContactState,
     joint_line: JointLine,
@@ -186,13 +186,13 @@ impl Servo {
         self.requests.revoke(self.clock.stepped, self.clock.now, why);
         self.end_motion(Outcome::Revoked(why));
         if let Some(pursuit) = self.mode.pursuit_mut() {
-            // The figures belong to another tool, or to other components of the pose.
+            // The metrics so far are those of another tool, or of other components of the pose.
             (pursuit.record.meter, pursuit.record.settled) = (None, false);
         }
     }
 
-    /// Pauses, or resumes from the measured state. A paused arm decelerates and holds. Resuming requests the current goal again; if
-    /// that is impossible, the servo counts a rejection.
+    /// If `paused` is true, decelerates the arm to rest. Otherwise ends the pause: requests the current goal again, and continues
+    /// from the measured state. If this is impossible, the servo counts a rejection and stays paused.
     pub fn pause(&mut self, paused: bool) {
         if paused {
             return self.requests.pause();
@@ -266,7 +266,8 @@ impl Servo {
         self.clock.now
     }
 
-    /// Returns whether the last command was zero for every joint.
+    /// Returns whether the last command moves no joint. At a joint that is held against a payload or gravity, this command is not
+    /// zero.
     pub fn at_rest(&self) -> bool {
         self.output.at_rest()
     }
@@ -311,7 +312,7 @@ impl Servo {
         self.output.filters.replaced()
     }
 
-    /// Returns how often the settings were changed.
+    /// Returns the number of successful calls of [`configure`](Self::configure), also with equal settings.
     pub fn configurations(&self) -> u64 {
         self.configurations
     }

@@ -11,11 +11,11 @@ const RISE: f64 = 1e-3;
 /// An escape that has moved the joints farther than this \[rad, prismatic: m\] has failed.
 const LONGEST: f64 = 3.0;
 
-/// The phase of a motion, and the error at which its last escape began.
+/// The phase of a motion, and the law's error when its last escape began.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct EscapePhase {
     pub phase: Phase,
-    /// The error at which the last escape began.
+    /// The law's error when the last escape began; infinite if there was no escape.
     pub began: f64,
 }
 

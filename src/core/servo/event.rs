@@ -132,8 +132,8 @@ impl Servo {
         self.step(now)
     }
 
-    /// Takes one event. Call it after [`begin`](Self::begin). Returns false for a joint state of a second publisher, which the
-    /// servo ignores.
+    /// Takes one event. Call it after [`begin`](Self::begin). Returns false for a joint state or a wrench of a second publisher,
+    /// which the servo ignores.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.

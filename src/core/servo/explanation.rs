@@ -1,13 +1,13 @@
-//! Determines whether the tool's own motion explains the motion of a goal.
+//! Determines whether a goal only repeats the motion of the tool.
 //!
 //! Some programs, such as visual servoing, hand guiding or "1 cm lower than now", publish the tool's pose of a moment ago with an
 //! offset. Feeding the velocity of such a goal forward would add the tool's own velocity to the law's, and the arm would run away.
 //! A frame on the tool, or on an object that the tool has grasped, also moves with the tool: the law would drive the arm toward it
 //! forever. One question covers both cases: does the tool's recent motion equal the goal's motion, up to a lag and a constant
-//! offset? The servo answers this question with each goal, for a sliding window.
+//! offset? If so, the tool's motion *explains* the goal's motion. The servo answers this question with each goal, for a sliding
+//! window.
 //!
-//! A tool that tracks its goal well explains the goal's motion at lag zero. Then the window has no new evidence, and the last
-//! answer remains.
+//! A tool that tracks its goal well explains the goal's motion, too: at lag zero. In that case, the last answer remains.
 
 mod places;
 
@@ -29,8 +29,8 @@ const FEWEST: usize = 4;
 /// The largest number of goals that are kept.
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried. Their product with `LAG_STEP` is the longest delay at which the servo recognizes an earlier pose
-/// of the tool as a goal. With a longer delay the arm could hardly run away.
+/// Number of lags that are tried in addition to lag zero. Their product with `LAG_STEP` is the longest delay at which the servo
+/// recognizes an earlier pose of the tool as a goal. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
@@ -73,7 +73,7 @@ pub(super) struct Explanation {
     carries_since: Option<UnitDualQuaternion>,
 }
 
-/// The error of the tool with respect to its goal, and the numbers that tell whether the tool is near the goal.
+/// The error of the tool with respect to its goal, and the numbers by which the servo judges whether the tool is near the goal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearness {
     pub error: GoalError,
@@ -112,7 +112,8 @@ impl Explanation {
         (self.by_itself, self.carries_since) = ([false; 2], None);
     }
 
-    /// Adds the measured pose of the tool at `now`. Always keeps the newest pose.
+    /// Adds the measured pose of the tool at `now`. Replaces the last pose if less than `TOOL_STEP` lies between that pose and the
+    /// pose before it.
     pub fn note(&mut self, now: Duration, pose: UnitDualQuaternion) {
         let mut place = Place::of(now, &pose);
         if let Some(last) = self.tool.back() {
@@ -131,7 +132,7 @@ impl Explanation {
     }
 
     /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` says whether the goal continues the previous goal,
-    /// without a jump. Returns whether the goal provides new evidence.
+    /// without a jump. Returns false if the goal is ignored because it comes less than `GOAL_STEP` after the last one.
     pub fn compare(
         &mut self,
         now: Duration,

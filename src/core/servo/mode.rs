@@ -123,10 +123,10 @@ pub(super) struct Watch {
     /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// Monitors the law's own error, which must shrink by the larger fraction [`BRISK`](super::progress::BRISK). Used for an arm
-    /// that need not wait for a slow law.
+    /// Like `progress`, but the error must shrink by the larger fraction [`BRISK`](super::progress::BRISK). Shows that the law is
+    /// so slow that a reconfiguration may be better.
     pub pace: Progress,
-    /// The size of the law's own error.
+    /// The size of the error that the law feeds back.
     pub law_error: f64,
     /// The fraction of the law's gains that the delay allows.
     pub gain_factor: f64,

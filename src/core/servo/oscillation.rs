@@ -9,7 +9,7 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The window in which reversals are counted. Two successive windows decide.
+/// The length of the window in which reversals are counted. The commands oscillate only if two successive windows show it.
 const WINDOW: Duration = Duration::from_millis(900);
 
 /// If one joint reverses this many times per window, the commands oscillate, even if the law's error does not reverse. This is 4.4
@@ -99,7 +99,7 @@ impl Zigzag {
 }
 
 impl Oscillation {
-    /// Restarts without an allocation.
+    /// Forgets all commands and errors so far. Allocates nothing.
     pub fn restart(&mut self) {
         self.joints.clear();
         *self = Self { joints: std::mem::take(&mut self.joints), ..Self::default() };

@@ -4,7 +4,7 @@ use super::{Contended, Revocation, Rivals};
 use dq_kinematics::arm::JointKind;
 use std::time::Duration;
 
-/// The reason for a state that does not explain itself.
+/// The reason for a state whose name alone does not say why the arm is in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
     /// The request is revoked (state `holding`).

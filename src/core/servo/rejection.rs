@@ -20,10 +20,10 @@ pub enum Rejection {
     /// The quaternion's norm is too far from 1 to be a rounding error.
     #[error(transparent)]
     NotUnit(#[from] NotUnit),
-    /// The frame of the goal is unknown to the servo.
+    /// The servo does not accept the frame of the goal, twist or wrench.
     #[error("frame_id is {got:?}: expected {} or an empty one", expected.iter().map(|frame| format!("{frame:?}")).collect::<Vec<_>>().join(", "))]
     UnknownFrame {
-        /// The frame of the goal or twist.
+        /// The name of the frame in the message.
         got: String,
         /// The names of the frames that the servo accepts.
         expected: Vec<String>,
@@ -56,7 +56,7 @@ pub enum Rejection {
     /// The goal was sent before a revocation, or its publisher has continued without a silence since the revocation.
     #[error("after its publisher began to send {}: let it send nothing for 1.5 s, and then send the goal again", .0.explain(|joint| format!("joint {joint}")))]
     Superseded(Revocation),
-    /// The request to resume was sent before its goal was revoked.
+    /// The request to resume was sent before the last revocation.
     #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Revocation),
     /// The request to resume is for a goal of a revoked stream that still continues. The arm would move to that goal while the

@@ -38,7 +38,7 @@ named! {
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct GoalFrames {
     /// how long a goal in a TF frame waits for its transform, and how long a followed frame may lack one \[s\]
-    // At most `STREAM`: found later, its stream would no longer count as heard.
+    // At most `STREAM`: if a goal waited longer for its transform, its publisher would count as silent.
     #[parameter(default = GoalFrames::default().tf_timeout.as_secs_f64(), range = 0.0..=1.5)]
     pub tf_timeout: Duration,
     /// how the next goal in a TF frame behaves. latch: it stays at its pose at the time of its stamp. follow: it moves with its
@@ -54,7 +54,7 @@ impl Default for GoalFrames {
 }
 
 /// The posture: joint positions to which an arm with joints to spare moves its joints, as far as the tool leaves them free. The
-/// [`default`](Self::default) has no effect.
+/// [`default`](Self::default) has no effect, because its gain is 0.
 #[derive(Clone, Debug, Default, PartialEq, Parameters)]
 #[parameters(prefix = "posture.")]
 pub struct Posture {
@@ -67,8 +67,8 @@ pub struct Posture {
     pub gain: f64,
 }
 
-/// The servo's live settings. Each servo declares the fields that are parameters here. Law, tool, frames, scene and posture are
-/// declared elsewhere.
+/// The servo's live settings. Each servo declares the fields with a `parameter` attribute as its ROS 2 parameters. The other fields
+/// come from parameters that are declared elsewhere.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Settings {
     /// The law and its gains.
@@ -85,7 +85,7 @@ pub struct Settings {
     #[parameter(default = true)]
     pub feed_forward: bool,
     /// how far past a half turn the law keeps the sign of the goal
-    // δ of the double-cover rule.
+    // The δ of the rule by which the law chooses between q and −q, which are the same pose.
     #[parameter(default = 0.1, range = 0.0..=0.9)]
     pub hysteresis: f64,
     /// Speed, acceleration and position limits.

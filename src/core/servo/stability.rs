@@ -1,4 +1,4 @@
-//! The largest delay at which a law is stable.
+//! The largest rate at which a law is stable, for a given delay.
 
 use std::f64::consts::PI;
 use std::time::Duration;

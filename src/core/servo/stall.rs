@@ -12,7 +12,8 @@ pub enum Stall {
     BeyondReach(Reach),
     /// No small motion of the joints moves the arm nearer to the goal.
     Unreachable,
-    /// The goal lies along a direction that the joints have lost. There was no escape, or the escape failed.
+    /// The arm is at a singularity, and the goal lies in a direction in which the joints cannot move the tool there. There was no
+    /// escape, or the escape failed.
     Singular {
         /// The smallest singular value of the Jacobian.
         sigma: f64,
@@ -26,11 +27,11 @@ pub enum Stall {
     Constrained(ClosePair),
     /// The commands oscillate.
     Oscillating,
-    /// A pull at the joints cancels the law's velocity, so that the arm stands next to its goal.
+    /// A payload or gravity cancels the law's velocity, so that the arm stands next to its goal.
     Sagging {
-        /// The number of the joint with the largest pull.
+        /// The number of the joint that the payload or gravity slows most.
         joint: usize,
-        /// The difference between the commanded and the real speed of the joint [rad/s, prismatic: m/s].
+        /// The commanded speed of the joint, most of which the payload or gravity cancels [rad/s, prismatic: m/s].
         speed: f64,
         /// Whether the joint is revolute or prismatic.
         kind: JointKind,

@@ -7,7 +7,7 @@ named! {
     "state" State {
         /// No joint state has arrived yet.
         WaitingForState = "waiting_for_state",
-        /// No goal: standing still.
+        /// There is no goal, or its request is revoked, or two publishers send one input: decelerating, then standing.
         Holding = "holding",
         /// Moving to the goal.
         Tracking = "tracking",
@@ -29,7 +29,7 @@ named! {
         NotFollowing = "not_following",
         /// The joint state is older than `state_timeout`: decelerating, then standing.
         StaleState = "stale_state",
-        /// For longer than `goal_timeout` no goal has arrived, or TF lacks the frame with which the goal moves: decelerating, then
+        /// No goal has arrived for longer than `goal_timeout`, or TF lacks the frame with which the goal moves: decelerating, then
         /// standing.
         StaleGoal = "stale_goal",
         /// The goal is to yield to the wrench at the tool, but no usable wrench arrives: decelerating, then standing.

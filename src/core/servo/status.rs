@@ -90,6 +90,7 @@ pub struct ContactStatus {
 const SLOW: f64 = 0.7;
 
 /// Returns the name of the joint `number`, counted from 1, arm after arm. `joints` are the names of all joints in that order.
+/// Without such a joint, returns the number as text.
 pub fn joint_name(number: usize, joints: &[String]) -> String {
     joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// The length of the time window whose poses yield the twist \[s\].
+/// The twist is estimated from the poses of this last time \[s\].
 const WINDOW: f64 = 0.12;
 
 /// The least number of poses for an estimate, whatever time they span.

@@ -14,9 +14,9 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// The distance of a goal from the arm's foot, and an upper bound of the arm's reach from there \[m\]. The foot is the base. If it
-/// slides, its position nearest to the goal counts. For two arms, the lengths are the distance between the tools at the goal, and
-/// an upper bound of the distance between the tools.
+/// The distance of a goal from the arm's foot, and an upper bound of the arm's reach from there \[m\]. The foot is the arm's base.
+/// If prismatic joints carry the whole arm, the foot is the end of these joints, at its position nearest to the goal. For two arms,
+/// the lengths are the distance between the tools at the goal, and an upper bound of the distance between the tools.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// The distance of the goal.
@@ -35,7 +35,7 @@ impl Reach {
 /// One arm, or two arms (paper §4), at some joint positions. The controlled pose of two arms is the pose of the right tool
 /// relative to the left tool.
 ///
-/// To every law and safety rule, two arms look like one: [`ArmState::relative`], with the joints of both.
+/// The laws and safety rules treat two arms as one arm that has the joints of both: [`ArmState::relative`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arms {
     left: Arm,

@@ -183,8 +183,8 @@ impl Chain {
     /// Returns two lengths \[m\] for joints within `ranges` \[rad, prismatic: m\]. The first is the distance of `point` from the
     /// nearest position that the arm's foot can have. The second is an upper bound of the distance from the foot to the tool.
     ///
-    /// The foot is the base, unless prismatic joints move it. These joints come before any revolute joint, and are perpendicular to
-    /// each other.
+    /// The foot is the base. If the chain begins with prismatic joints whose axes are perpendicular to each other, the foot is the
+    /// frame of the last of these joints.
     pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
         let ranges = self.link_ranges(ranges);
         let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
@@ -243,7 +243,8 @@ impl Chain {
         Ok(UnitDualQuaternion::from_parts(rotation, point))
     }
 
-    /// Returns `base_from_link` for each link. Link i moves with joint i, and its z axis is the axis of joint i.
+    /// Returns `base_from_link` for each link, base first. The z axis of a link's frame is the axis about or along which the link
+    /// moves. Unless a joint moves several links, link i moves with joint i.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.

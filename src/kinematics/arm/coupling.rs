@@ -88,8 +88,9 @@ impl Chain {
             (one.min(other), one.max(other))
         })
     }
-    /// Sets `motions` to the motion that each joint gives to the point of the tool that is at the base's origin. This is the sum of
-    /// the motions by all links that the joint moves. Returns the frame of the last link.
+    /// Sets `motions` to the motion that each joint gives the tool. The linear part is the velocity of the point that moves with
+    /// the tool and is now at the base's origin. This is the sum of the motions by all links that the joint moves. Returns the
+    /// frame of the last link.
     pub(super) fn evaluate_driven(
         &self,
         drivers: &Drivers,

@@ -39,7 +39,7 @@ pub struct DhRow {
 }
 
 impl DhRow {
-    /// Returns the fixed part of the row, in the order of its convention.
+    /// Returns the transform of the row without the joint's rotation, with its factors in the order of the convention.
     pub(super) fn fixed(&self, convention: Convention) -> UnitDualQuaternion {
         let turn =
             UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), self.alpha, &Vector3::x_axis());

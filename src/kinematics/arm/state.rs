@@ -172,5 +172,5 @@ impl ArmState {
     }
 }
 
-/// The motions of the tool by two missing joints.
+/// The motions of the tool by two joints that do not move it: zeros.
 const STILL: Motions = (ZEROS, ZEROS);

@@ -1,4 +1,4 @@
-//! The aim: the components of the tool's pose that a goal determines. The others are free.
+//! The aim: the components of the tool's pose that a goal determines. The other components are free.
 
 use super::angular_linear::{AngularLinear, first, twice};
 use super::gram::Gram;
@@ -9,15 +9,15 @@ use dq_common::named;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 named! {
-    /// The aim: the components of the tool's pose that a goal determines. The others are free, and no law disturbs them.
+    /// The aim: the components of the tool's pose that a goal determines. The other components are free: no law controls them.
     "task" Aim {
         /// The whole pose.
         Pose = "pose",
-        /// The position of the tool point; its orientation is free.
+        /// The position of the tool point; the orientation of the tool is free.
         Position = "position",
         /// The position of the tool point, and the direction of the tool's z axis; rotation about that axis is free.
         PositionAndAxis = "position_and_axis",
-        /// The orientation of the tool; its position is free.
+        /// The orientation of the tool; the position of the tool point is free.
         Orientation = "orientation",
         /// The distance of the tool point from the base's origin, or, for two arms, the distance between their tools.
         Distance = "distance",

@@ -10,9 +10,9 @@ use std::ops::RangeInclusive;
 named! {
     /// The map from an error to joint velocities.
     "controller" Map {
-        /// `Jᵀ`.
+        /// The transposed Jacobian `Jᵀ`.
         Transpose = "transpose",
-        /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`.
+        /// The damped inverse of the Jacobian, `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`.
         DampedInverse = "damped_inverse",
     }
 }
@@ -76,7 +76,7 @@ pub struct LawInput<'a> {
     pub aim: Aim,
     /// The law's gains; a law with one gain ignores the second number.
     pub gains: [f64; 2],
-    /// The damped inverse.
+    /// The damping of the inverse. A law with the transpose does not use it.
     pub damping: Damping,
 }
 
@@ -150,9 +150,9 @@ pub trait ControlLaw: Sync {
         self.twist(motion.gains, &motion.error)
     }
 
-    /// Returns the rates [1/s] by which the servo judges whether the law is slow enough for the robot's delay. These are the rates
-    /// of the law without a memory that becomes unstable at the same delay. `rates` are the rates that follow from
-    /// [`twist_gains`](Self::twist_gains).
+    /// Returns the rates [1/s] that the servo compares with the largest rate that is stable at the robot's delay. `rates` are the
+    /// rates that follow from [`twist_gains`](Self::twist_gains): a law without a memory returns them. A law with a memory returns
+    /// the rates of a law without a memory that becomes unstable at the same delay.
     fn rates_for_delay(&self, _gains: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
         rates
     }
@@ -176,8 +176,8 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// Returns the [`Stiffness`] of the closed loop at the present joint positions. It determines how fast errors decay. The
-    /// controller uses it only for laws with the transpose.
+    /// Returns the [`Stiffness`] of the closed loop at the present joint positions. The stiffness determines how fast errors decay.
+    /// The controller uses it only for laws with the transpose.
     fn stiffness(&self, input: &LawInput) -> Stiffness {
         stiffness_of_twist(self, input)
     }

@@ -31,7 +31,7 @@ pub struct AllowedRate {
 }
 
 impl Default for Controller {
-    /// Creates logc with a whole pose as its aim. Each law has its default gains: for logc, these are 1/s.
+    /// Creates logc with a whole pose as its aim. Each law has its default gains: for logc, both gains are 1 [1/s].
     fn default() -> Self {
         let damping = Damping { max: 0.05, threshold: 0.05 };
         Self { law: Law::Logc, aim: Aim::Pose, damping, set_gains: [None; MOST] }

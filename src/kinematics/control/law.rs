@@ -17,7 +17,7 @@ pub struct Law {
     law: &'static dyn ControlLaw,
 }
 
-/// Largest number of laws.
+/// Number of laws for which a controller can have gains: the registered laws, and one entry for all laws that are not registered.
 pub(super) const MOST: usize = 16;
 
 /// The index under which all laws that are not registered keep their gains. No registered law has this index.
@@ -33,7 +33,7 @@ pub enum RegisterError {
     /// The name has other characters than lower-case letters, digits and underscores.
     #[error("the name {0:?} is not made of lower-case letters, digits and underscores")]
     Letters(&'static str),
-    /// There is no room for another law.
+    /// The largest possible number of laws is registered already.
     #[error("there is room for {UNLISTED} laws")]
     Room,
     /// The law's memory is larger than [`MEMORY`](super::MEMORY).

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 /// The memory of the present law. A law without a memory leaves it empty.
 ///
-/// A law computes its twist from its input and this memory alone. So a motion can be recorded and replayed, tasks can run in
-/// parallel, and the servo can evaluate the law one cycle ahead on a copy.
+/// A law computes its twist from its input and this memory alone. So a motion can be recorded and replayed, several motions can use
+/// one law at the same time, and the servo can evaluate the law one cycle ahead on a copy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawMemory {
     numbers: [f64; MEMORY],

@@ -4,8 +4,8 @@ use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;
 use nalgebra::Vector3;
 
-/// The six directions of R⁸ in which a pose can move, as an orthonormal basis. The 8×n pose Jacobian J has no component along the other
-/// two.
+/// The six directions of R⁸ in which a pose can move, as an orthonormal basis. The 8×n pose Jacobian J has no component along the
+/// other two directions of R⁸.
 ///
 /// In the frame that turns with the tool, column i of J has the parts `½ l` (rotation), `½ (v + ½ t×l)` (dual vector) and `−¼ t·l`
 /// (dual scalar). Its first scalar is 0 and is omitted. Here l is the direction of the joint's axis, v the velocity that the joint

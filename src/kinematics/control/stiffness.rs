@@ -37,13 +37,13 @@ impl Stiffness {
         Gram::of_columns(arm.joint_count(), self.columns(arm))
     }
 
-    /// Returns the fastest rate [1/s].
+    /// Returns the largest eigenvalue of `Jᵀ K J`: the rate at which the fastest errors decay [1/s].
     pub(super) fn fastest_rate(&self, arm: &ArmState) -> f64 {
         self.gram(arm).largest_eigenvalue()
     }
 
     /// Replaces the joint velocities θ̇ in `theta_dot` by `(I + s Jᵀ K J)⁻¹ θ̇`. Here s is `time` \[s\]. Each rate r becomes `r/(1
-    /// + s r)`: no rate exceeds 1/s, and slow rates hardly change.
+    /// + s r)`. So no rate exceeds the reciprocal of `time`, and slow rates hardly change.
     ///
     /// The result is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.
     pub(super) fn soften(&self, arm: &ArmState, time: f64, theta_dot: &mut [f64]) {

@@ -1,8 +1,9 @@
 //! Checks that each joint of an arm responds to its commands when it starts to move.
 //!
-//! A pull moves a joint at a constant speed, whatever its command is. So the monitor compares only changes since an earlier time,
-//! the anchor. Let u₀ and v₀ be a joint's command and speed at the anchor. The command has demanded the change X = ∫u dt − u₀ Δt
-//! since then, and the joint has made the change Y = Δθ − v₀ Δt. A joint responds if Y follows X.
+//! A payload or gravity changes the speed of a joint by a constant amount (the pull), whatever the joint's command is. So the
+//! monitor compares only changes since an earlier time, the anchor. Let u₀ and v₀ be a joint's command and speed at the anchor. The
+//! command has demanded the change X = ∫u dt − u₀ Δt since then, and the joint has made the change Y = Δθ − v₀ Δt. A joint responds
+//! if Y follows X.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
@@ -67,8 +68,8 @@ fn probe_speed(acceleration: f64) -> f64 {
 
 /// Returns the least distance by which a joint should have moved \[rad, prismatic: m\], after a command to move by `asked`.
 ///
-/// `pulled` is the part of the command that a pull may have canceled. It reduces the result if it has the sign of `asked`, and never
-/// increases the result.
+/// `pulled` is the part of the command that a payload or gravity may have canceled. It reduces the result if it has the sign of
+/// `asked`, and never increases the result.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)

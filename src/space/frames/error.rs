@@ -69,7 +69,7 @@ pub enum Ignored {
     /// A number is not finite or exceeds any distance on Earth, or the quaternion is not a unit quaternion.
     #[error("a transform must have finite numbers and a unit quaternion")]
     Numbers,
-    /// There are too many frames.
+    /// There are too many frames or transforms.
     #[error("there are more frames than are kept")]
     TooMany,
 }

@@ -60,7 +60,7 @@ pub enum KeepOutRefused {
     Silent(String),
 }
 
-/// The least motion of a frame that moves the frame's keep-outs \[m, rad\].
+/// A frame that has moved by less than this leaves its keep-outs where they are \[m, rad\]. Smaller motions are noise.
 const STILL: f64 = 1e-3;
 
 /// Keep-outs in TF frames.
@@ -178,8 +178,8 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the newest message at its exact pose. While the exact pose is not known, places it at the newest known pose. If the
-    /// exact pose is not found within `patience`, returns the reason; otherwise `None`.
+    /// Places the keep-out of the newest message at its exact pose. While the exact pose is not known, uses the newest known pose
+    /// of the frame. If the exact pose is not found within `patience`, returns the reason; otherwise `None`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;
@@ -211,7 +211,8 @@ impl FramedKeepOuts {
     /// [`look`](Self::look) finds the pose of the new keep-out.
     ///
     /// # Errors
-    /// [`KeepOutRefused`] if the keep-out cannot be added. Then nothing changes.
+    /// [`KeepOutRefused`] if the keep-out cannot be added. Then the other keep-outs do not change, and [`refused`](Self::refused())
+    /// has the reason.
     pub fn put(&mut self, keep_out: FramedKeepOut, most: usize) -> Result<(), KeepOutRefused> {
         let (key, name) = (keep_out.key.clone(), keep_out.name());
         let why = if let Some(known) = self.all.iter_mut().find(|known| known.key == key) {
@@ -231,7 +232,7 @@ impl FramedKeepOuts {
         Err(why)
     }
 
-    /// Notes that a keep-out is not in force, and why.
+    /// Records that a keep-out is not in force, and why, for [`refused`](Self::refused()).
     pub fn refuse(&mut self, key: KeepOutKey, why: KeepOutRefused) {
         self.refused.retain(|(other, _)| *other != key);
         if self.refused.len() < MOST_REFUSED {

@@ -188,9 +188,9 @@ type Named<'a> = (&'a str, &'a Edge);
 
 /// The path between two frames.
 struct Path<'a> {
-    /// The edges from one frame up to the common ancestor.
+    /// The edges from the frame whose pose is requested up to the common ancestor.
     up: Vec<Named<'a>>,
-    /// The edges from the other frame up to the common ancestor.
+    /// The edges from the base frame up to the common ancestor.
     down: Vec<Named<'a>>,
 }
 

@@ -12,7 +12,7 @@ pub struct Gap {
     /// The point on the capsule's segment from which the gap is measured \[m\].
     pub point: Vector3<f64>,
     /// The point of the other object to which the gap is measured \[m\]. If the object is a capsule, this is a point of its
-    /// segment. If the object is a keep-out, this is a point of its surface.
+    /// segment. If the object is a keep-out or a keep-in, this is a point of its surface.
     pub other: Vector3<f64>,
 }
 

@@ -61,7 +61,7 @@ impl Hull {
         let (length, evenly) = spread(points)?;
         let near = EXACT * length;
         let points = apart(points, near);
-        // Scaling does not change which points are corners. Without it, parry3d takes a hull for flat whose thickness is a
+        // Scaling does not change which points are corners. Without scaling, parry3d treats a hull as flat if its thickness is a
         // thousandth of its length.
         let even: Vec<_> = points.iter().map(|point| foreign(&(evenly * (point - points[0])))).collect();
         let (corners, numbers) = try_convex_hull(&even).ok()?;
@@ -192,7 +192,8 @@ fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
 
 /// Removes each point that is within `near` \[m\] of another point. Otherwise parry3d would lose faces between such corners.
 fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
-    // Two corners of a machine part rarely lie in one plane perpendicular to this direction.
+    // Two corners of a machine part rarely lie in one plane perpendicular to this direction. So each point is compared with few
+    // other points.
     let along = |point: &Vector3<f64>| Vector3::new(0.36, 0.48, 0.8).dot(point);
     let mut points = points.to_vec();
     points.sort_by(|one, other| along(one).total_cmp(&along(other)));

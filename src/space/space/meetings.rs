@@ -1,4 +1,5 @@
-//! The pairs of parts in a scene that can meet: all pairs except parts of the body that always touch.
+//! The pairs of parts in a scene that can collide. Pairs that no joint moves relative to each other, neighbors at a joint, and
+//! parts of the body that always touch are left out.
 
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
@@ -16,8 +17,8 @@ const SELDOM: u32 = SAMPLES / 20;
 const SLIDE: f64 = 3.0;
 
 impl Scene {
-    /// Creates the scene of the arms `chains`, whose joints move within `ranges` \[rad, prismatic: m\], arm after arm. Pairs of
-    /// body parts that always touch are left out.
+    /// Creates the scene of the arms `chains`, whose joints move within `ranges` \[rad, prismatic: m\], arm after arm. Leaves out
+    /// pairs of parts that cannot collide or that always touch: see [`left_out`](Self::left_out()).
     ///
     /// # Errors
     /// [`SceneError`] if there are more than [`MOST_CAPSULES`] capsules or [`MOST_KEEP_OUTS`] keep-outs.
@@ -177,7 +178,8 @@ impl Scene {
     }
 }
 
-/// Returns the joint positions of sample `number`. The samples are spread evenly over these ranges (Roberts 2018).
+/// Returns the joint positions of sample `number`. The samples are spread evenly over the part of each range from −π to π (Roberts
+/// 2018).
 fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     let root = (0..64).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (ranges.len() as f64 + 1.0)));
     let mut step = 1.0;

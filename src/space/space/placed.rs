@@ -19,8 +19,7 @@ pub struct Placed {
     /// The last measured gap of each pair, between the segments. From it follows a lower bound of the gap at any other position of
     /// the body, because only the body moves. `None` if the gap has not been measured.
     measured: Vec<Option<Gap>>,
-    /// The largest possible travel of each part, and of each pair of capsules relative to each other, since the gaps were measured
-    /// \[m\].
+    /// For each list of [`Scene::levers`], the gap below which a pair with these levers counts as near \[m\].
     travels: Vec<f64>,
 }
 

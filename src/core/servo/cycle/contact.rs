@@ -11,8 +11,8 @@ use nalgebra::Vector6;
 use std::time::Duration;
 
 impl Servo {
-    /// Takes a wrench that was received at `now`. Returns whether its publisher is the one in use. Without the setting `contact`, the
-    /// servo ignores wrenches.
+    /// Takes a wrench that was received at `now`. Returns false if the servo ignores the wrench because it uses another publisher.
+    /// Without the setting `contact`, or before the first joint state, ignores every wrench and returns true.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid wrench remains.
@@ -32,12 +32,12 @@ impl Servo {
         self.counted(taken.map_err(Rejection::from))
     }
 
-    /// Returns the pose of the tool frame, at which the wrench is measured and the tool's offset begins.
+    /// Returns the pose of the arm's tool frame in the base frame, without the setting `tool_offset`. Wrenches are in this frame.
     fn base_from_tool_frame(&self) -> UnitDualQuaternion {
         self.robot.arms.pose() * self.settings.tool_offset.inverse()
     }
 
-    /// Counts the present wrench as no contact.
+    /// Sets the zero of the sensor: from now on, the present wrench counts as no contact.
     pub fn tare(&mut self) {
         self.contact.sensor.tare();
     }
@@ -87,7 +87,8 @@ impl Servo {
         self.mode.pursuit().is_some_and(|pursuit| !pursuit.follows_joint_line())
     }
 
-    /// Returns why the arm must not follow its law now: the goal is to yield, but there is no usable wrench.
+    /// Returns the reason to stop the arm if the goal is to yield, but no usable wrench arrives. Returns `None` if there is a
+    /// usable wrench, if goals do not yield, or if no law drives the arm.
     pub(super) fn feels_nothing(&self, now: Duration) -> Option<Reason> {
         let compliance = self.settings.contact.filter(|_| self.follows_law())?;
         let sensor = &self.contact.sensor;
@@ -116,8 +117,11 @@ impl Servo {
         self.robot.link.delay() + self.clock.period
     }
 
-    /// Returns the goal `moving`, or the goal of `pursuit` if it stands, after it has yielded. `None` if the goal stands and does not
-    /// yield. The offset moves with the goal: with the goal's body twist `ξ_d`, the yielded goal has `Ad_{x⁻¹} ξ_d + v`.
+    /// Applies the `offset` of the contact to the goal, and returns the goal that has yielded. The goal is `moving` or, if that is
+    /// `None`, the goal of `pursuit`, which stands. If there is no offset, returns `moving`.
+    ///
+    /// The offset `x` moves with the goal. If the goal has the body twist `ξ_d` and the offset has `v`, the yielded goal has
+    /// `Ad_{x⁻¹} ξ_d + v`.
     pub(super) fn yielded(
         offset: &dq_contact::Admittance,
         moving: Option<MovingGoal>,

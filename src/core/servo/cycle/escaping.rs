@@ -84,11 +84,11 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
-    /// Returns [`Stall::Sagging`] if a payload or gravity pulls at the joints and so cancels the law's velocity. This is the case
-    /// if the joint with the largest pull loses most of its command to the pull. Returns `None` otherwise.
+    /// Returns [`Stall::Sagging`] if a payload or gravity cancels most of the commanded speed of the joint with the largest pull.
+    /// Returns `None` otherwise. The pull at a joint is its commanded speed less its real speed.
     pub(super) fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
-        // A standing arm loses all of its command.
+        // The joint's real speed is `speed - pull`. It is 0 if the arm stands.
         let speed = self.output.command[joint];
         let is_lost = (speed - pull).abs() <= 0.5 * pull.abs();
         let (error, kind) = (self.mode.pursuit()?.watch.error, self.joint_line.kinds[joint]);

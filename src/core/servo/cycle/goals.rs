@@ -175,8 +175,8 @@ impl Servo {
         }
     }
 
-    /// Adds the current goal to its stream, and checks whether the tool's motion explains the motion of the goal. Returns how near
-    /// the tool is to the goal; `None` if the goal provides no new evidence.
+    /// Adds the current goal to its stream, and compares the motion of the goal with the motion of the tool. Returns how near the
+    /// tool is to the goal. Returns `None` if there is no goal, or if the goal comes too soon after the last compared one.
     fn explain(&mut self, stamp: i64, now: Duration) -> Option<Nearness> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;

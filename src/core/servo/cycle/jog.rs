@@ -36,7 +36,7 @@ impl Servo {
             }
             return Ok(());
         }
-        // A late twist also shows that the stick is held.
+        // A late twist is rejected only here, after `hear`: it also shows that the user holds the joystick.
         let is_late = ago > self.settings.twist_timeout;
         self.counted(if is_late { Err(Rejection::Late(ago)) } else { Ok(()) })?;
         if !is_other {
@@ -45,8 +45,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist, unless its request is revoked. A revoked request does not move the arm. It becomes the current request, so
-    /// that the servo reports the revocation, unless another publisher's request is current.
+    /// Follows a twist, unless its request is revoked. A revoked request does not move the arm. If no other publisher's request is
+    /// current, it still becomes the current request, so that the servo reports the revocation.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {
@@ -86,7 +86,7 @@ impl Servo {
         self.mode.jog().is_some_and(|jog| self.is_fresh(jog, now))
     }
 
-    /// Computes the joint velocity at which the tool moves with the twist.
+    /// Sets the desired joint velocities [rad/s, prismatic: m/s] so that the tool moves with `twist`.
     pub(super) fn obey(&mut self, twist: &Twist) {
         let Twist { linear, angular, in_tool } = *twist;
         let rotation = self.robot.predicted.tool_axes();

@@ -25,7 +25,8 @@ impl Servo {
         if let Some(pursuit) = self.mode.pursuit_mut().filter(|_| streams) {
             pursuit.watch.oscillation.goal_moved(before, after);
             if !is_same {
-                // The tool may stay where it is while the joints move.
+                // The tool may have the same pose at the new joint positions. Then `pursue` has not noticed that the goal has
+                // moved.
                 pursuit.moved = Some(now);
                 pursuit.try_again();
             }
@@ -94,7 +95,7 @@ impl Servo {
             return Err(JointGoalError::NoState(joint + 1).into());
         }
         let limits = &self.settings.limits.position;
-        // An arm may stand a little outside its limits.
+        // An arm may stand a little outside its limits, but a goal must be within them.
         Ok(self.robot.link.measured()[joint].max(limits.lower[joint]).min(limits.upper[joint]))
     }
 

@@ -6,7 +6,7 @@ use dq_kinematics::arm::JointKind;
 use dq_limits::Braking;
 use dq_metrics::Tolerance;
 
-/// Number of points along the braking distance at which the line's speed limit is computed.
+/// Number of equal parts of the braking distance. The tool's speed limits are computed at the ends of each part.
 const PLACES: u32 = 32;
 
 /// The fraction of the acceleration limit that the arm uses to brake for the tool's speed limits.
@@ -28,7 +28,7 @@ pub(super) struct JointLine {
 }
 
 impl JointLine {
-    /// Creates a line without an end. `trial` is used to compute the kinematics along the line.
+    /// Creates a line whose end is not set yet. The line computes the kinematics along it with `trial`.
     pub fn new(trial: Arms) -> Self {
         let kinds = trial.joint_kinds();
         let zeros = vec![0.0; kinds.len()];

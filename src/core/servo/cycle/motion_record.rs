@@ -14,7 +14,7 @@ impl Servo {
         let is_open = matches!(pursuit.watch.reconfiguration, Reconfiguration::Searching(_));
         let outcome = match (revocation, pursuit.watch.stall) {
             (Some(why), _) => Outcome::Revoked(why),
-            // The search will soon return a result.
+            // The search will soon return a result, which the record of the stall then includes.
             (None, Some(_)) if is_open => return,
             (None, Some(stall)) => Outcome::Stalled(stall),
             (None, None) if pursuit.record.settled && stands => Outcome::Arrived,

@@ -14,7 +14,8 @@ const NOTHING: f64 = 1e-9;
 pub(super) struct Output {
     /// The desired velocity, which the filters turn into the next motion [rad/s, prismatic: m/s].
     pub velocity: Vec<f64>,
-    /// The last command without the hold, which balances the pull at each joint [rad/s, prismatic: m/s].
+    /// The last command without the hold [rad/s, prismatic: m/s]. The hold is the part of a command that keeps a joint still
+    /// against a payload or gravity.
     pub motion: Vec<f64>,
     /// The last command, with the hold [rad/s, prismatic: m/s].
     pub command: Vec<f64>,
@@ -37,7 +38,7 @@ pub(super) struct Hindrance {
     pub at_limit: Option<usize>,
     /// The pair of parts that would come too close to each other, if any.
     pub pair: Option<ClosePair>,
-    /// The closest of the pairs that were checked; `None` if no pair was near.
+    /// The closest pair of parts among the pairs that were checked; `None` if no two parts were near each other.
     pub closest: Option<ClosePair>,
 }
 

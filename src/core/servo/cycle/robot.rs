@@ -86,7 +86,7 @@ impl Servo {
         let settings = LinkSettings {
             limits: &self.settings.limits,
             state_timeout: self.settings.state_timeout,
-            // A robot that is allowed a longer silence does not count as away.
+            // If `state_timeout` is longer, the robot may be silent for that time without counting as away.
             rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
             integral: self.settings.integral,
@@ -166,7 +166,7 @@ impl Servo {
         }
     }
 
-    /// Balances the pull at the joints of an arm that takes velocities.
+    /// Updates the hold of each joint of an arm that takes velocities. The hold keeps a joint still against a payload or gravity.
     pub(super) fn hold_joints(&mut self, standing: Option<State>) {
         let is_on = self.settings.integral > 0.0 && self.output.is_sent_speeds();
         let hold = match standing {
@@ -238,8 +238,8 @@ impl Servo {
         self.contact()
     }
 
-    /// Returns the state and reason why an arm with consent is not driven: it does not follow, or nobody subscribes to its
-    /// commands.
+    /// Returns the state in which an arm with consent must stand because it does not follow or nobody subscribes to its commands.
+    /// The state is `None` if the arm may be driven. Also returns the reason, if any.
     fn contact(&self) -> (Option<State>, Option<Reason>) {
         let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
         let lost = self.robot.link.lost().map(Reason::DoesNotMove);

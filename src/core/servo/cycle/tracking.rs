@@ -19,7 +19,8 @@ const UNSETTLE: f64 = 2.0;
 /// An arm has arrived only if it would take longer than this to cross the tolerance at its present speed \[s\].
 const LINGERING: f64 = 0.1;
 
-/// The trend of the error is taken over the law's time constant, limited to this least and this largest time \[s\].
+/// The least and the largest time over which the trend of the error is computed \[s\]. Between these limits, this time is the law's
+/// time constant.
 const TREND: (f64, f64) = (LINGERING, 0.9);
 
 /// Interval at which the smallest singular value is computed.
@@ -71,7 +72,7 @@ impl Servo {
         let left = if on_line { self.time_left_on_joint_line() } else { 0.0 };
         let Settings { goal_tolerance: tolerance, progress_timeout, reconfigure, .. } = self.settings;
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
-        // No other configuration is a joint goal.
+        // A joint goal is a configuration itself, so no other configuration helps.
         let reconfigure = if pursuit.by_joints { Reconfigure::Never } else { reconfigure };
         let watch = &mut pursuit.watch;
         // An escape from a singularity ends by its own rules.

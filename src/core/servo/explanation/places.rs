@@ -52,7 +52,8 @@ impl Spread {
     }
 }
 
-/// Returns the noise of the goals [m, rad]: how far each goal is from the line between its neighbors.
+/// Returns the noise of the goals' positions and rotations \[m, rad\], as a root mean square. It is estimated from the distance of
+/// each goal from the line between its neighbors.
 pub fn noise<'a>(goals: impl Iterator<Item = &'a Place> + Clone) -> [f64; 2] {
     let (mut squares, mut count) = ([0.0; 2], 0.0_f64);
     let (second, third) = (goals.clone().skip(1), goals.clone().skip(2));

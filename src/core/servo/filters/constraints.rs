@@ -1,12 +1,11 @@
-//! Keeps the arm clear of its scene: of the velocities that close no gap too fast, finds the velocity nearest to the desired
-//! velocity.
+//! Keeps the arm clear of its scene: replaces the desired velocity by the nearest velocity that closes no gap too fast.
 
 use super::FilterInput;
 use crate::servo::{Arms, ClosePair};
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
-/// The distance below which the arm does not close gaps \[m\].
+/// The arm closes no gap to less than this width \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
 /// A gap approaches the clearance with a time constant of at least this many cycles.
@@ -33,13 +32,13 @@ const AROUND: f64 = 0.05;
 const MOST_GAPS: usize = 200;
 
 /// Replaces the desired velocity by the nearest velocity with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987).
-/// Here `d_safe` is the clearance, η the [`rate`] of approach, and `θ̇_w` below the desired velocity. The velocity also keeps the
-/// joints' speed limits, and the limits on speed near position limits.
+/// Here `d_safe` is the clearance, and η is the [`rate`] of approach. The velocity also keeps the joints' speed limits, and the
+/// limits on speed near position limits.
 ///
-/// If the tool's motion is the aim, the nearest velocity is the one with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
-/// θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing arm satisfies the constraints of all gaps that are
-/// large enough, so there is a solution. Constraints that make gaps grow are dropped if they contradict each other. If rounding
-/// leaves no solution, the velocity is zero.
+/// Let `θ̇_w` be the desired velocity. If the desired motion is a motion of the tool, the nearest velocity is the one with the
+/// nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing
+/// arm satisfies the constraints of all gaps that are large enough, so there is a solution. Constraints that make gaps grow are
+/// dropped if they contradict each other. If rounding leaves no solution, the velocity is zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -49,7 +48,7 @@ pub(super) struct Constraints {
     slope: Vec<f64>,
     /// For each gap constraint, the index of its pair in `near`. The gap constraints follow the constraints of the joints.
     owners: Vec<usize>,
-    /// The closest of the pairs that were checked; `None` if no pair was near.
+    /// The closest pair of parts among the pairs that were checked; `None` if no two parts were near each other.
     pub closest: Option<ClosePair>,
     /// The pair that keeps the arm from the desired velocity, if any.
     pub held_by: Option<ClosePair>,
@@ -81,7 +80,8 @@ impl Constraints {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
     }
 
-    /// Sets the weights of the joints for the desired motion.
+    /// Sets the weight matrix of the quadratic program. If the desired motion is a motion of the joints, this is the identity.
+    /// Otherwise it is `JᵀJ + μ I`, with the rows of the Jacobian `J` that the aim controls.
     fn weigh(&mut self, input: &FilterInput) {
         let joints = self.slope.len();
         self.weights.fill(0.0);
@@ -187,7 +187,7 @@ fn is_none(slope: &[f64]) -> bool {
     slope.iter().all(|slope| slope.abs() < 1e-9)
 }
 
-/// A gap counts as holding the arm if the constraints change the velocity by more than this fraction.
+/// The pair that constrains the arm most is reported only if the constraints change the velocity by more than this fraction.
 const HELD: f64 = 0.1;
 
 /// Returns the rate η [1/s] at which a gap may approach the clearance: the fastest that braking, the control period and the delay

@@ -3,8 +3,8 @@
 use super::{FilterInput, LawGoal};
 use dq_limits::ratio;
 
-/// Turns the law's velocity into its demand. First reduces the velocity to the gain that the delay allows. Then adds the escape
-/// from a singularity, the feed-forward of a moving goal, and the motion to the posture. Finally scales the sum to the speed
+/// Turns the law's velocity into the demanded velocity. First reduces the velocity to the gain that the delay allows. Then adds the
+/// escape from a singularity, the feed-forward of a moving goal, and the motion to the posture. Finally scales the sum to the speed
 /// limits.
 pub(super) struct LawDemand {
     /// The velocity that is added to the law's velocity [rad/s, prismatic: m/s].
@@ -54,7 +54,7 @@ impl LawDemand {
 }
 
 impl LawDemand {
-    /// Turns `velocity`, the law's velocity of each joint [rad/s, prismatic: m/s], into its demand.
+    /// Turns `velocity`, the law's velocity of each joint [rad/s, prismatic: m/s], into the demanded velocity.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         if let Some(goal) = &input.goal {
             input.settings.controller.soften(input.arms.state(), &goal.pose, goal.allowed, velocity);

@@ -284,8 +284,8 @@ impl PathCheck<'_> {
     ///
     /// Let a point move straight by w past a convex body, and let its distance from the body be D at both ends. Then its distance
     /// is nowhere less than `√(D² − w²/4)`. A point that stays inside a convex body is nowhere nearer to its surface than at the
-    /// ends. The path of a point is not straight: the rotation φ of the joints bends it by at most `φ w/8`, and the joints'
-    /// different braking by the bends of their own paths.
+    /// ends. The path of a point is not straight. The rotation φ of the joints bends it by at most `φ w/8`. The joints also brake
+    /// on the way: with the deceleration `a` during the time `t`, a joint deviates from uniform motion by at most `a t²/8`.
     fn dip(&self, pair: usize, cycles: &Range<usize>, gap: f64, travel: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * travel * travel;

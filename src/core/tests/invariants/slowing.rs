@@ -1,6 +1,6 @@
 //! Checks that a joint slows down as fast as its jerk limit allows.
 
-/// Relative tolerance for rounding.
+/// Tolerance for rounding errors, as a fraction of the compared number.
 const ROUNDING: f64 = 1e-9;
 
 /// The slowing down of a joint with limited jerk. A change of speed [rad/s, prismatic: m/s] is positive if it slows the joint down.

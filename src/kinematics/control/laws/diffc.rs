@@ -60,7 +60,7 @@ impl ControlLaw for Diffc {
         }
     }
 
-    /// If the aim is a pose, the error e is `q_d − q`.
+    /// Does the same as the default implementation, but with the error e = `q_d − q` in R⁸ if the aim is a pose.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         let LawInput { arm, base_from_goal, .. } = *input;
         match input.aim {

@@ -46,7 +46,8 @@ impl ControlLaw for LogcPd {
         6
     }
 
-    /// V begins as the twist with which the arm already moves. Near a singularity, the damped inverse then slows the arm.
+    /// Sets V to the twist with which the arm already moves, so that the velocity of the arm does not jump. Only near a singularity
+    /// does the damped inverse slow the arm.
     fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
         memory.copy_from_slice(&six_numbers(&motion.twist));
     }
@@ -61,8 +62,10 @@ impl ControlLaw for LogcPd {
         (Vector3::new(memory[0], memory[1], memory[2]), Vector3::new(memory[3], memory[4], memory[5]))
     }
 
+    /// Returns the rates of the law without a memory that becomes unstable at the same delay τ.
+    ///
     /// At the limit of stability, `s² + K_d s + K_p exp(−s τ)` has a root `i ω` with `tan(ω τ) = K_d/ω`. For a law without a memory,
-    /// the delay τ at the limit is `½π` divided by the rate of that law.
+    /// the delay at the limit is `½π` divided by the rate of that law.
     fn rates_for_delay(&self, [_, k_d]: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
         rates.map(|rate| {
             if rate == 0.0 {
