@@ -1,13 +1,13 @@
 //! The load that hangs on the sensor, and its identification.
 
-use nalgebra::{Matrix4, Matrix6, UnitQuaternion, Vector3, Vector4, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The mass is known if the directions of gravity in the tool frame spread by at least this fraction of gravity about two axes.
 const SPREAD: f64 = 0.2;
 
-/// The load on the sensor: the tool and everything else that hangs on it.
+/// What hangs on the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// Mass \[kg\].
@@ -47,38 +47,36 @@ pub fn stacked(angular: &Vector3<f64>, linear: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
+/// The number of unknowns: the mass `m`, its moment `m c`, and a constant force `f₀` and torque `τ₀` of the sensor.
+const UNKNOWNS: usize = 10;
+
 /// The sums of a least-squares fit to wrenches in several orientations of the tool. The fit finds the load and the constant bias of
 /// the sensor: `f = m g + f₀` and `τ = (m c) × g + τ₀`, with gravity `g` in the tool frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     count: f64,
-    /// The sums of the directions of gravity, and of their products.
+    /// The sum of the directions of gravity, and the sum of their products.
     directions: Vector3<f64>,
-    products: nalgebra::Matrix3<f64>,
-    force: (Matrix4<f64>, Vector4<f64>),
-    torque: (Matrix6<f64>, Vector6<f64>),
+    products: Matrix3<f64>,
+    normal: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    right: SVector<f64, UNKNOWNS>,
 }
 
 impl Identification {
     /// Adds a `wrench` in the tool frame, torque first \[N m, N\], with `gravity` in the tool frame \[m/s²\].
     pub fn add(&mut self, wrench: &Vector6<f64>, gravity: &Vector3<f64>) {
-        let (torque, force) = (wrench.fixed_rows::<3>(0), wrench.fixed_rows::<3>(3));
         let direction = gravity.normalize();
         self.count += 1.0;
         self.directions += direction;
         self.products += direction * direction.transpose();
-        let turned = -gravity.cross_matrix();
-        for axis in 0..3 {
-            let mut of_force = Vector4::zeros();
-            (of_force[0], of_force[1 + axis]) = (gravity[axis], 1.0);
-            self.force.0 += of_force * of_force.transpose();
-            self.force.1 += of_force * force[axis];
-            let mut of_torque = Vector6::zeros();
-            of_torque.fixed_rows_mut::<3>(0).copy_from(&turned.row(axis).transpose());
-            of_torque[3 + axis] = 1.0;
-            self.torque.0 += of_torque * of_torque.transpose();
-            self.torque.1 += of_torque * torque[axis];
-        }
+        // The torque is in the first three rows.
+        let mut rows = SMatrix::<f64, 6, UNKNOWNS>::zeros();
+        rows.fixed_view_mut::<3, 1>(3, 0).copy_from(gravity);
+        rows.fixed_view_mut::<3, 3>(0, 1).copy_from(&-gravity.cross_matrix());
+        rows.fixed_view_mut::<3, 3>(3, 4).fill_with_identity();
+        rows.fixed_view_mut::<3, 3>(0, 7).fill_with_identity();
+        self.normal += rows.tr_mul(&rows);
+        self.right += rows.tr_mul(wrench);
     }
 
     /// Returns the load that fits best.
@@ -87,17 +85,14 @@ impl Identification {
     /// [`TooFewDirections`] if the tool was not turned about two axes.
     pub fn load(&self) -> Result<Load, TooFewDirections> {
         let mean = self.directions / self.count;
-        let spread = self.products / self.count - mean * mean.transpose();
-        let mut spreads = spread.symmetric_eigenvalues();
+        let mut spreads = (self.products / self.count - mean * mean.transpose()).symmetric_eigenvalues();
         spreads.as_mut_slice().sort_by(f64::total_cmp);
         // This comparison also rejects NaN.
         if !(spreads[1] >= SPREAD * SPREAD / 2.0) {
             return Err(TooFewDirections);
         }
-        let force = self.force.0.try_inverse().ok_or(TooFewDirections)? * self.force.1;
-        let torque = self.torque.0.try_inverse().ok_or(TooFewDirections)? * self.torque.1;
-        let moment = torque.fixed_rows::<3>(0).into_owned();
-        let mass = force[0];
+        let solution = self.normal.try_inverse().ok_or(TooFewDirections)? * self.right;
+        let (mass, moment) = (solution[0], solution.fixed_rows::<3>(1));
         Ok(Load { mass, center: if mass.abs() > 1e-6 { moment / mass } else { Vector3::zeros() } })
     }
 }
