@@ -37,7 +37,12 @@ impl<'a> ParameterClient<'a> {
     /// [`RosError::Service`] if the node does not answer in time.
     pub async fn list(&mut self) -> Result<Vec<String>, RosError> {
         let client = self.client::<ListParameters>("list_parameters").await?;
-        Ok(client.call(ListRequest::default()).await?.result.names)
+        let names = client.call(ListRequest::default()).await?.result.names;
+        // A list that is too long for the reply is empty.
+        match names.is_empty() {
+            true => Ok(self.announced().await?.into_iter().map(|(name, _)| name).collect()),
+            false => Ok(names),
+        }
     }
 
     /// Returns all parameters with their values.

@@ -250,18 +250,26 @@ mod tests {
     use crate::ros::ParameterClient;
     use crate::ros::endpoints::tests::plant;
     use crate::ros::services::{CYCLONE_HEADER, encode};
-    use dq_config::{NodeParameters, PlantParameters, nodes};
+    use dq_config::{NodeParameters, PlantParameters, ServoParameters, nodes};
     use std::time::Duration;
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// In a secured graph a reply of more than one packet does not reach the client.
+    /// In a secured graph a reply of more than one packet does not reach the client. There, a user lists the parameters of a servo by
+    /// their prefixes.
     #[test]
-    fn the_list_of_every_node_fits_into_one_packet() {
+    fn the_list_of_every_node_or_of_each_prefix_fits_into_one_packet() {
         for (node, declarations) in nodes().unwrap() {
             let store = ParameterStore::new(declarations, Vec::new());
-            let reply = encode(&[0; CYCLONE_HEADER], &list(&store, &ListRequest::default())).unwrap();
-            assert!(reply.0.len() <= ONE_PACKET, "{node}: {} bytes", reply.0.len());
+            let names = list(&store, &ListRequest::default()).result.names;
+            let prefix = |name: &String| name.split_once('.').map_or(name, |(prefix, _)| prefix).to_owned();
+            let all: BTreeSet<_> = names.iter().map(prefix).collect();
+            let whole = (node != ServoParameters::NODE_NAME).then(Vec::new);
+            for prefixes in all.into_iter().map(|prefix| vec![prefix]).chain(whole) {
+                let request = ListRequest { prefixes, ..ListRequest::default() };
+                let reply = encode(&[0; CYCLONE_HEADER], &list(&store, &request)).unwrap();
+                assert!(reply.0.len() <= ONE_PACKET, "{node} {request:?}: {} bytes", reply.0.len());
+            }
             let limits = ListRequest { prefixes: vec!["limits".to_owned()], ..ListRequest::default() };
             let ListResult { names, prefixes } = list(&store, &limits).result;
             assert!(names.is_empty() || prefixes == ["limits"], "{node}: {prefixes:?}");
