@@ -4,11 +4,11 @@ set -eu
 cd "$(dirname "$0")/.."
 echo "tests/install.sh installs what the tests need"
 tests/install.sh
-# Most of the tests wait for real time with a fifth of a core, so there are three threads for each core.
+# Half of the tests wait for real time, so there are twice as many threads as cores.
 nextest() {
     # The examples are modules of tests; building them as programs would compile them again. Only the two that tests start are built.
     cargo build --locked --workspace --features security --example own_law --example counter
-    target/venv/bin/cargo-nextest nextest run --locked --workspace --tests --features security --test-threads $((3 * $(nproc))) "$@"
+    target/venv/bin/cargo-nextest nextest run --locked --workspace --tests --features security --test-threads $((2 * $(nproc))) "$@"
 }
 if [ $# != 0 ]; then
     nextest "$@"
