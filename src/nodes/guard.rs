@@ -35,7 +35,8 @@ const SERVO_ENDS: Duration = Duration::from_millis(500);
 /// A running guard node.
 pub struct GuardNode {
     cycle: CycleThread,
-    /// Whether the arm needs the guard.
+    /// Whether the arm would move on without the guard: the last command moves the arm, and the guard has not finished a stop
+    /// since.
     needed: watch::Receiver<bool>,
     joint_states: Arc<Subscription<JointState>>,
     node: Node,
@@ -85,7 +86,7 @@ impl GuardNode {
         matches!(stands, Ok(Ok(_)))
     }
 
-    /// Returns whether nobody publishes the arm's joint states.
+    /// Returns whether nobody publishes the arm's joint states, so that the guard still waits for the robot.
     pub fn waits_for_robot(&self) -> bool {
         self.joint_states.publishers() == 0
     }

@@ -78,7 +78,7 @@ impl Outputs {
         self.events.update_readers();
     }
 
-    /// Returns the name of joint `number`, counted from 1, arm after arm.
+    /// Returns the name of joint `number`. The number counts from 1, through the joints of the first arm and then of the second.
     pub fn joint(&self, number: usize) -> String {
         joint_name(number, &self.joints)
     }

@@ -88,8 +88,8 @@ fn lock_memory() -> Result<(), String> {
     let all = || mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|why| why.to_string());
     let limit = getrlimit(Resource::Memlock);
     let Some(bytes) = limit.current else { return all() };
-    // If a process can lock memory with a limit of 0, no limit applies to the process. The capability does not show this, because
-    // it may be valid only in a user namespace.
+    // Check whether the limit applies to this process: if the process can lock memory with a limit of 0, the limit does not apply.
+    // Having the capability CAP_IPC_LOCK does not prove this, because it may be valid only in a user namespace.
     let nothing = Rlimit { current: Some(0), maximum: limit.maximum };
     setrlimit(Resource::Memlock, nothing).map_err(|why| why.to_string())?;
     let locked = all();

@@ -196,7 +196,7 @@ impl Report {
     fn log_change(&mut self, cycle: &Snapshot) {
         let status = &cycle.status;
         if matches!(status.reconfiguration, Reconfiguration::Searching(_)) {
-            // The result of the search, and with it the text about the stall, will be known in a moment.
+            // Wait for the result of the search, because the text about the stall depends on it.
             return;
         }
         if status.state != self.state {

@@ -34,7 +34,7 @@ const REST: Duration = Duration::from_secs(1);
 pub(super) struct MomentSlot(Arc<Mutex<Moment>>);
 
 impl MomentSlot {
-    /// Stores `moment`, so that it will be drawn, unless the slot is being read.
+    /// Stores `moment`, which the next picture shows. Drops `moment` if another thread is reading the slot.
     pub fn leave(&self, moment: Moment) {
         if let Ok(mut place) = self.0.try_lock() {
             *place = moment;

@@ -156,8 +156,8 @@ impl Publishing {
 /// How long the wait for subscribers continues after the first subscriber.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
-/// Creates a second endpoint on a topic of a node, once it is necessary: a subscription to a topic on which the node publishes, or
-/// a publisher on a topic to which the node subscribes.
+/// Creates a second endpoint on a topic that the node already uses: a subscription to a topic on which the node publishes, or a
+/// publisher on a topic to which the node subscribes.
 pub struct OwnTopic<M: Message> {
     endpoints: Weak<Endpoints>,
     plan: Plan,
