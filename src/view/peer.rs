@@ -60,7 +60,7 @@ struct Shared {
     appeared: Notify,
 }
 
-/// The motion to the goal in force. A race repeats this motion.
+/// The motion to the goal in force. A race repeats this motion with two simulated arms.
 #[derive(Clone)]
 struct LastMotion {
     /// The joint positions when the motion began.
@@ -193,8 +193,8 @@ async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc
     }
 }
 
-/// Writes the shape of the arm from the servo's robot description. Does nothing for two arms, because the page then draws shapes of
-/// its own.
+/// Writes the shape of the arm from the servo's robot description. Does nothing for two arms, because for two arms the page draws
+/// simple shapes instead.
 async fn show_arm_shape(
     shared: Arc<Shared>,
     descriptions: Subscription<StringMessage>,

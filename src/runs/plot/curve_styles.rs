@@ -12,7 +12,7 @@ pub(super) struct StyledRun<'a> {
     pub styles: Vec<CurveStyle>,
 }
 
-/// The style of a run's curves while one law is in force.
+/// The style of a run's curves during the time in which one law is in force.
 pub(super) struct CurveStyle {
     pub name: String,
     pub color: Color,
@@ -47,7 +47,7 @@ pub(super) fn styles(runs: &[RecordedRun]) -> Vec<StyledRun<'_>> {
     runs.iter().enumerate().map(|(number, run)| StyledRun { run, styles: drawn((number, run)) }).collect()
 }
 
-/// Returns each law of each run once. A run without any law has one entry.
+/// Returns each law of each run once, with the index of the run. A run without any law has one entry, with `None`.
 fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
     let of_run = |(number, run)| periods(run).into_iter().map(move |(law, _)| (number, law));
     each_once(runs.iter().enumerate().flat_map(of_run))
