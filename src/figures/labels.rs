@@ -4,7 +4,7 @@ use super::canvas::{Anchor, Canvas, Point, Rectangle};
 use super::line::Line;
 use super::style::{INK, LABEL, text_width};
 
-/// The occupied parts of the drawing, and the rectangle for names.
+/// The rectangle in which names may be placed, and the parts of the drawing that names should not cover.
 pub(super) struct Labels {
     within: Rectangle,
     obstacles: Vec<Point>,

@@ -19,7 +19,7 @@ pub struct Mark {
     pub line: Line,
 }
 
-/// The marks of a panel, with the place of each name.
+/// The marks of a panel, each with its position \[px\] and the position of its name; `None` for a mark whose name is not written.
 pub(super) struct NamedMarks<'a> {
     marks: Vec<(&'a Mark, f64, Option<Place>)>,
     lines: usize,

@@ -217,7 +217,7 @@ class Servo:
     ) -> Array | None:
         """Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
 
-        `positions` and `velocities` are the joint state that arrived since the previous cycle; None if none arrived. For two arms,
+        `positions` and `velocities` are the joint state that arrived since the previous cycle, or None. For two arms,
         the joints of the left arm come first. `stamp` [s] is the time at which the joint state was measured, by the same clock as
         `now`; by default it is `now`. `wrench` is the force [N] and the torque [N m] on the tool, measured at the same time: six
         numbers in the tool frame. It is None if no wrench arrived since the previous cycle.
