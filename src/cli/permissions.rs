@@ -264,7 +264,7 @@ impl Graph {
         })
     }
 
-    /// Returns the names of the node `name` in the namespace `place`.
+    /// Returns the resolver of a node called `name` in the namespace `place`.
     fn names(&self, place: &str, name: &str) -> super::Result<Resolver> {
         let mut args = self.args.clone();
         let namespace = if place.is_empty() { "/" } else { place };

@@ -16,7 +16,7 @@ const LINE: f64 = 11.5;
 pub(super) enum Names {
     /// By their names, one below the other.
     Full,
-    /// By letters, because there is no room for names. The legend has these entries, from `a` on.
+    /// By letters, because the names would be too wide. The legend explains the letters: its entries are these texts, from `a` on.
     Letters(Vec<String>),
 }
 
@@ -122,7 +122,7 @@ fn spread(places: &[f64], heights: &[f64], room: std::ops::Range<f64>) -> Vec<f6
     let mut below = 0.0;
     // The distance of each name from the top of the first name, if there are no gaps.
     let offsets: Vec<_> = heights.iter().map(|height| (below += height, below - 0.5 * height).1).collect();
-    // Names without gaps between them: their number and the mean place of their top.
+    // Groups of names without gaps between them: the number of names, and the mean of the positions that their tops should have.
     let mut blocks: Vec<(usize, f64)> = Vec::new();
     for (place, offset) in places.iter().zip(&offsets) {
         blocks.push((1, place - offset));

@@ -124,7 +124,7 @@ impl ArmCommands {
         self.publishing().readers().saturating_sub(self.guards.publishers())
     }
 
-    /// Returns the number of other publishers. Guards do not count.
+    /// Returns the number of other publishers of commands, without guards.
     fn rivals(&self) -> usize {
         self.publishing().other_publishers().saturating_sub(self.guards.publishers())
     }
@@ -170,7 +170,8 @@ impl Commands {
         self.ended.load(Ordering::SeqCst)
     }
 
-    /// Sends zeros for a moment, even if the cycle sends commands or hangs, and blocks all later commands.
+    /// Sends zeros for [`SHORTEST_FINAL_ZEROS`], even if the cycle sends commands or hangs. Sends nothing if no command was sent
+    /// before. Blocks all later commands of the cycle.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
         if !self.begun.load(Ordering::SeqCst) {

@@ -188,7 +188,7 @@ impl Watch {
     fn tick(&mut self, tick: Tick) {
         self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
         let Self { guard, joints, joint_states, .. } = self;
-        // Messages of other joints and damaged messages do not count.
+        // Ignore joint states without positions for the arm's joints, and damaged messages.
         joint_states.each(|state, _| {
             let mut positions = vec![0.0; joints.names().len()];
             if joints.positions(&state.name, &state.position, &mut positions).is_ok() {

@@ -54,8 +54,8 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
 /// Calls `make`. The threads that `make` starts have SCHED_FIFO, because threads inherit it from the thread that starts them. Their
 /// priority is `priority - 1`, but at least 1. If `priority` is 0, only calls `make`.
 ///
-/// `priority` is that of the cycle, and `make` starts the threads of DDS. With an ordinary priority, these threads could be late, and
-/// a cycle that is never late would wait for them.
+/// `priority` is the priority of the cycle, and `make` starts the threads of DDS. With an ordinary priority, the threads of DDS
+/// could be late, and would delay the messages of a cycle that is never late.
 ///
 /// # Errors
 /// [`RealtimeError`] if the system does not allow the priority. Then `make` is not called.

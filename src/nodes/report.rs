@@ -226,7 +226,7 @@ impl Report {
             }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
-        // After an arrival, a change of the law or a goal that moves with its frame does not count as another arrival.
+        // Once the arm has arrived, do not log another arrival after a change of the law, or when the goal moves with its frame.
         self.arrival =
             status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }

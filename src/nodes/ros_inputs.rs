@@ -252,7 +252,8 @@ impl RosInputs {
             return Step::Gone(Ok(()));
         }
         let command = fastest(servo.command()).unwrap_or(0.0);
-        // Use the speeds only if all arms reported them. An arm that was never heard counts as standing still.
+        // Use the speeds only if all arms reported them. If some arm never sent a joint state, this servo has moved no arm: the
+        // speed is 0.
         let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed.fastest).collect();
         let never_heard = servo.pose().is_none().then_some(0.0);
         let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);

@@ -32,7 +32,7 @@ struct Sender {
 /// Publishers, numbered in the order of their first messages.
 #[derive(Default)]
 pub(super) struct Senders {
-    /// The publishers. The one that was heard last is at the end.
+    /// The publishers, in the order of their last messages. The publisher of the latest message is at the end.
     known: Vec<Sender>,
     count: u32,
 }

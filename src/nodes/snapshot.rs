@@ -89,7 +89,7 @@ pub(super) struct Snapshot {
     pub due: Due,
     /// The time of the joint states in use.
     pub stamp: Time,
-    /// The controlled pose; `None` until every arm was heard.
+    /// The controlled pose; `None` until every arm has sent a joint state.
     pub pose: Option<UnitDualQuaternion>,
     pub status: Status,
     /// The keep-outs and keep-ins.

@@ -34,7 +34,7 @@ pub struct RecordedRun {
     pub keep_outs: Vec<KeepOut>,
     /// Every keep-in that the run ever had, with the shape that it had first.
     pub keep_ins: Vec<KeepOut>,
-    /// The first overlap of the arm with a keep-out or with itself, and its time. An overlap that exists from the start does not count.
+    /// The first overlap of the arm with a keep-out or with itself, and its time. Overlaps that exist from the start are ignored.
     pub inside: Option<(f64, Violation)>,
     /// The deviations of the cycles from their period \[ms\], with their times. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,

@@ -49,7 +49,7 @@ struct Shared {
     names: Resolver,
     goals: Publisher<PoseStamped>,
     twists: Publisher<TwistStamped>,
-    // This client is connected when the servo is first heard, so that a stop does not wait for other requests.
+    // This client is connected when the servo's first status arrives, so that a stop does not wait for other requests.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
     known: Mutex<KnownRobot>,
@@ -254,8 +254,8 @@ impl Shared {
         locked(&self.known)
     }
 
-    /// Returns whether the namespace has a servo for two arms, although this page is for one arm. Does not wait, so a servo that is
-    /// not yet discovered does not count.
+    /// Returns whether the namespace has a servo for two arms, although this page is for one arm. Returns false if discovery has
+    /// not found that servo yet.
     fn has_two_arms(&self) -> bool {
         if self.kind == ServoKind::TwoArms {
             return false;

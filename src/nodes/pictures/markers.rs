@@ -48,8 +48,8 @@ pub(crate) struct Moment {
     pub closest: Option<ClosePair>,
 }
 
-/// Returns the markers of a moment and of the path that led to it. Their namespaces are `goal`, `tool`, `path`, `frames` (along the
-/// path) and `closest` (the nearest pair).
+/// Returns the markers of the tool and the goal in `moment`, and of the tool's path (`trace`). Their namespaces are `goal`, `tool`,
+/// `path`, `frames` (along the path) and `closest` (the nearest pair).
 pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     let marker = |ns: &str, kind, width, points: Vec<Point>, colors: Vec<ColorRGBA>| Marker {
         header: moment.header.clone(),

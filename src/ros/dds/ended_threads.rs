@@ -107,7 +107,7 @@ impl NetworkWatch {
     /// Waits until DDS does not work any more.
     pub async fn ended() -> NetworkEnd {
         let mut watch = Self::default();
-        // One failed check does not count, because a thread gets its name a moment after its start.
+        // A single failed check is ignored, because a new thread gets its name shortly after its start.
         let mut missed = 0;
         loop {
             tokio::time::sleep(Duration::from_millis(100)).await;

@@ -47,8 +47,8 @@ impl Node {
         let endpoints = Arc::new(Endpoints::new(node, domain));
         let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
         let log = Logger::new(&names.logger(), logging);
-        // As in rclcpp, every node has this publisher. It comes before all other endpoints, because ros2-client has just created a
-        // latched publisher on the same topic: if rosbag2 found only that one, it would subscribe to latched messages.
+        // As in rclcpp, every node has this publisher. It must be the first endpoint. ros2-client has just created a latched
+        // publisher on the same topic, and if rosbag2 found only the latched one, it would subscribe to latched messages.
         let (topic, qos) = ("/parameter_events".to_owned(), endpoints::of_parameter_events());
         let plan = Plan { name: topic, message: ParameterEvent::TYPE.to_owned(), qos, log: log.clone() };
         let parameter_events = Arc::new(Publisher::new(&endpoints, &plan)?);

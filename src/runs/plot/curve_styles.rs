@@ -53,8 +53,8 @@ fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
     each_once(runs.iter().enumerate().flat_map(of_run))
 }
 
-/// Returns the laws of a run, each with the time range in which it was in force. The range of the first law has no beginning, and
-/// that of the last law no end. If the run has motions, laws without a motion are left out.
+/// Returns the laws of a run, each with the time range \[s\] in which it was in force. The first range has no beginning, and the
+/// last range has no end. If the run has motions, laws without a motion are left out.
 fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
     let moved = |(_, law): &&(f64, String)| {
         let mut of_motions = run.motions.iter().flat_map(|motion| motion.law.split(", "));
