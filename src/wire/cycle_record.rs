@@ -267,8 +267,7 @@ impl<'a> CycleRecord<'a> {
         put(&(None::<()>, output), record);
     }
 
-    /// Reads all cycles of a message on `~/events`. Returns `None` if the message is damaged, of another version, or longer than
-    /// [`LONGEST`].
+    /// Reads all cycles of a message on `~/events`. Returns `None` if the message is damaged, of another version, or too long.
     pub fn read_all(mut record: &'a [u8]) -> Option<Vec<Self>> {
         if record.len() > LONGEST {
             return None;
