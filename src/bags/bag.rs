@@ -10,7 +10,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// An upper bound for a number of bytes: `least`, plus `ratio` times the size of the bag.
+/// An upper bound for a number of bytes: `least` bytes, plus `ratio` times the size of the bag.
 struct Bound {
     least: u64,
     ratio: u64,
@@ -24,7 +24,8 @@ const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 /// Checking such chunks takes time, but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
-/// If blocks overlap in time, the bag unpacks them together, as long as their messages have fewer bytes than this.
+/// If several blocks overlap in time, the bag keeps their messages in memory at the same time. It unpacks the next block only while
+/// these messages have fewer bytes than this.
 const OVERLAP: usize = 64 << 20;
 
 /// A bag, and an iterator over its messages in the order of log time. Messages with equal times keep their stored order.
@@ -46,7 +47,7 @@ pub struct Bag {
     losses: UnreadableParts,
 }
 
-/// The place of a message in the order of returned messages: by log time, then by position in the bag.
+/// The position of a message in the order of returned messages: by log time, then by file, then by position in the file.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Turn {
     log_time: i64,
@@ -114,7 +115,7 @@ impl Bag {
         &self.losses
     }
 
-    /// Unpacks the next block.
+    /// Unpacks a block of a file, and adds its messages to the waiting ones.
     fn load(&mut self, file: usize, block: usize) {
         let storage = &mut self.files[file];
         let unpacked = storage.load(block, &self.types, self.room);
@@ -144,7 +145,8 @@ impl Iterator for Bag {
 
     fn next(&mut self) -> Option<BagMessage> {
         while let Some((file, block)) = self.blocks.last().copied() {
-            // If the waiting messages exceed [`OVERLAP`], they are returned before the next block is unpacked.
+            // Return the waiting messages before unpacking the next block, if they are earlier than that block, or if they exceed
+            // [`OVERLAP`].
             let first = self.waiting.first_key_value();
             if first.is_some_and(|(first, _)| block.start > first.log_time || self.held >= OVERLAP) {
                 break;

@@ -3,7 +3,7 @@
 use super::message::BagMessage;
 use dq_common::text::{NAME, shown};
 
-/// Messages of a file that are unpacked together.
+/// A group of messages of a file. All messages of a block are unpacked at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Block {
     /// The earliest log time in the block \[ns\]; `i64::MAX` for a block without messages.
@@ -22,7 +22,7 @@ pub(super) struct Unpacked {
     pub lost: Vec<String>,
 }
 
-/// The largest numbers of bytes to unpack when a file is opened.
+/// The limits for unpacking when a file is opened.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
     /// The largest unpacked size of a file that rosbag2 has compressed as a whole \[bytes\].

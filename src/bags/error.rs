@@ -29,7 +29,7 @@ pub enum BagError {
         /// The name of the type: `package/msg/Name`.
         message: String,
     },
-    /// A topic id comes from the writer of another bag.
+    /// A topic id was used with another writer than the one that created it.
     #[error("cannot write to {0:?}: the topic belongs to another bag, add it to this one")]
     ForeignTopic(PathBuf),
     /// A file could not be read.

@@ -22,7 +22,8 @@ pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result
         }
     };
     let mut seen = BTreeSet::new();
-    // Old versions of rosbag2 put the name of the directory before each file name. In any case the files are in this directory.
+    // Old versions of rosbag2 put the name of the bag's directory before each file name. The files are in the directory that was
+    // opened, whatever its name.
     let in_directory = |path: &String| Some(directory.join(Path::new(path).file_name()?));
     let files: Vec<_> =
         files.iter().filter_map(in_directory).filter(|path| seen.insert(path.clone())).collect();
@@ -48,7 +49,8 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
     Ok(files)
 }
 
-/// Returns the number in a file name: 12 in `run_12.mcap`, `run_12.mcap.zstd`, and Lyrical's `12_run_2026_05_23-14_30_00.mcap`.
+/// Returns the number that a recorder put into a file name: 12 for `run_12.mcap`, `run_12.mcap.zstd`, and Lyrical's
+/// `12_run_2026_05_23-14_30_00.mcap`.
 fn number(path: &Path) -> Option<u64> {
     let name = path.file_name()?.to_str()?.split('.').next()?;
     let (first, rest) = name.split_once('_')?;

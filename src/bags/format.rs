@@ -8,10 +8,10 @@ pub(super) trait Format: std::fmt::Debug + Send {
     /// Returns the blocks, whose messages are in order of time.
     fn blocks(&self) -> Vec<Block>;
 
-    /// Returns the messages of the requested `types` in a block. They have at most `room` bytes.
+    /// Unpacks a block, and returns its messages of the requested `types`. Returns at most `room` bytes of messages.
     fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked;
 
-    /// Returns the topics, with the numbers of messages that were loaded.
+    /// Returns the topics, each with the number of its messages that were loaded so far.
     fn topics(&self) -> Vec<Topic>;
 
     /// Returns the parts that were not read, one line each. Call it after all blocks were loaded.

@@ -22,7 +22,7 @@ const TOGETHER: u64 = 1 << 20;
 /// The largest number of bytes that are read at once, even if a record states a greater length.
 const READ_STEP: usize = 1 << 16;
 
-/// The size of the largest record that is read, and of the largest chunk that is unpacked \[bytes\].
+/// The limit for the size of a record, and for the unpacked size of a chunk \[bytes\]. Larger records and chunks count as damaged.
 const RECORD_LIMIT: u64 = 1 << 27;
 
 /// The size of the header of each record: its opcode (1) and its length (8) \[bytes\].
@@ -135,7 +135,8 @@ impl McapFile {
                 let (id, name) = fields::schema(data).ok_or("a schema without a name")?;
                 self.schemas.entry(id).or_insert_with(|| name.into());
             }
-            // The first definition of an id counts, because the end of a file repeats the channels without a checksum.
+            // The first definition of a channel counts. Later ones may be damaged, because the end of a file repeats the channels
+            // without a checksum.
             op::CHANNEL => {
                 let channel = fields::channel(data).ok_or("a channel without a topic")?;
                 let message = self.schemas.get(&channel.schema).cloned().unwrap_or_default();

@@ -22,7 +22,8 @@ pub(super) struct McapOutput {
     path: PathBuf,
     /// The writer of the file. The writer has no buffer: it writes whole chunks, and so reports errors at once.
     writer: Writer<File>,
-    /// A second handle of the same file. Both handles share the position of the next write.
+    /// A second handle of the same file, to write [`END`] and to read the file's length. Both handles share the position of the
+    /// next write.
     handle: File,
     /// The length of the file after the last write \[bytes\].
     size: u64,

@@ -44,7 +44,7 @@ impl Span {
     }
 }
 
-/// The content of `metadata.yaml` in version 9 of rosbag2's format (Jazzy).
+/// The content of `metadata.yaml`, in version 9 of rosbag2's format, which Jazzy writes.
 #[derive(Debug, Serialize)]
 pub(super) struct Metadata {
     version: u32,

@@ -28,7 +28,7 @@ pub(super) fn unpack_file(
 ) -> Result<NamedTempFile, BagError> {
     let input = File::open(path).and_then(zstd::Decoder::new).map_err(BagError::read(path))?;
     let mut output = NamedTempFile::new().map_err(BagError::write(&std::env::temp_dir()))?;
-    // If there is one byte more than the limit, the file is too long.
+    // Allow one byte more than the limit. If that byte exists, the file is too long.
     match copy(&mut input.take(limit + 1), &mut output) {
         Ok(bytes) if bytes > limit => {
             losses.add(path, format!("it unpacks to more than {limit} bytes: the rest is skipped"))
@@ -41,7 +41,7 @@ pub(super) fn unpack_file(
     Ok(output)
 }
 
-/// Unpacks the compressed messages, up to `limit` bytes in total.
+/// Unpacks those messages that are compressed, in place. Stops after `limit` bytes in total.
 pub(super) fn unpack_messages(unpacked: &mut Unpacked, limit: u64) {
     let Unpacked { messages, bytes, lost } = unpacked;
     let mut damaged = 0;

@@ -35,7 +35,7 @@ impl From<Option<Duration>> for Time {
 }
 
 impl From<&OfferedQos> for Profile {
-    /// DDS does not announce history and depth. rosbag2 writes them as unknown.
+    /// Writes history and depth as unknown, as rosbag2 does: DDS does not announce them.
     fn from(offered: &OfferedQos) -> Self {
         Self {
             history: "unknown",

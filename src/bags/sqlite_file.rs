@@ -57,7 +57,8 @@ struct Entry {
 }
 
 impl SqliteFile {
-    /// Opens the database at `data` without changing it. Error messages name `path` instead. Calls `lost` with a description of each incomplete part.
+    /// Opens the database at `data` without changing it. Error messages name `path` instead of `data`. Calls `lost` with a
+    /// description of each incomplete part.
     ///
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].
@@ -203,14 +204,15 @@ fn read_topics(connection: &Connection) -> rusqlite::Result<Topics> {
     Ok(Topics(statement.query_map([], entry)?.collect::<rusqlite::Result<_>>()?))
 }
 
-/// Reads the rows of all messages in the order of time and id. After damage, continues from the other end.
+/// Reads the rows of all messages. If a part of the table is damaged, reads the rows before the damage and, from the end of the
+/// table, those after it. Returns the rows in the order of time and id.
 fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlite::Result<Vec<MessageRow>> {
     let mut order = Vec::new();
     let up = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id";
     if let Err(why) = read_rows(connection, up, None, &mut order) {
         let last = order.last().map(|row: &MessageRow| row.id);
         let down = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id DESC";
-        // This stops at the same damage, or at another one.
+        // Read backwards from the end. This reading stops at the same damage, or at a later one.
         let _ = read_rows(connection, down, last, &mut order);
         lost(format!("{why}: messages among those after number {} are lost", last.unwrap_or_default()));
     }

@@ -64,7 +64,7 @@ impl Storage {
         self.format.blocks()
     }
 
-    /// Unpacks a block. The block may have at most `room` bytes of requested messages.
+    /// Unpacks a block. Returns at most `room` bytes of requested messages.
     pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = self.format.load(number, types, room);
         packed::unpack_messages(&mut unpacked, room);

@@ -15,7 +15,7 @@ pub struct UnreadableParts {
 }
 
 impl UnreadableParts {
-    /// Adds a loss in the file `path`.
+    /// Adds a line about a part of the file `path` that could not be read.
     pub(super) fn add(&mut self, path: &Path, what: impl Display) {
         // The text may quote the content of the file.
         self.add_line(format!("{path:?}: {}", shown(&what.to_string(), REASON)));
@@ -30,7 +30,7 @@ impl UnreadableParts {
         }
     }
 
-    /// Returns whether there were no losses so far.
+    /// Returns whether every part read so far could be read.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }

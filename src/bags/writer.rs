@@ -21,7 +21,7 @@ pub struct WriterOptions {
     pub max_duration: Option<Duration>,
 }
 
-/// A topic, as the bag describes it.
+/// The description of a topic that the bag stores.
 #[derive(Clone, Debug)]
 pub struct TopicRecord {
     /// The fully qualified name of the topic.
@@ -91,8 +91,8 @@ struct MetadataState {
     since: Instant,
 }
 
-/// The largest age of the counts in `metadata.yaml`. The file is rewritten this often, so that it is valid even if the recorder is
-/// killed.
+/// The longest time for which the counts in `metadata.yaml` may be out of date. The writer replaces the file this often. So the bag
+/// has useful metadata even if the recorder is killed.
 const METADATA: Duration = Duration::from_secs(3);
 
 struct Entry {

@@ -6,7 +6,8 @@ use dq_params::Value;
 use dq_ros::ros::RosArgs;
 use dq_ros::ros::args::{Override, Remap};
 
-/// The choice of a built-in arm. Without it, the arm is the PUMA 560 or the one that ROS arguments describe.
+/// The choice of a built-in arm. Without a choice, the arm is the one that ROS arguments describe, or the PUMA 560 if they describe
+/// none.
 #[derive(clap::Args, Default)]
 pub(super) struct ArmChoice {
     /// A built-in arm; ROS arguments override its parameter file
@@ -20,7 +21,7 @@ impl ArmChoice {
         self.arm.is_some()
     }
 
-    /// Returns the parameters of the chosen arm, followed by `ros_args`. The later ones override the earlier ones.
+    /// Returns the parameters of the chosen arm, followed by `ros_args`. If both set a parameter, the value in `ros_args` counts.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = ros_args.clone();
         if let Some((name, text)) = self.arm.as_deref().and_then(arm_file) {
@@ -46,7 +47,8 @@ fn description(text: &str) -> Result<String, &'static str> {
 }
 
 impl RobotChoice {
-    /// Returns the parameters of the chosen arm or description, followed by `ros_args`. The later ones override the earlier ones.
+    /// Returns the parameters of the chosen arm or description, followed by `ros_args`. If both set a parameter, the value in
+    /// `ros_args` counts.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.arm.and(ros_args);
         if let Some(file) = &self.robot {

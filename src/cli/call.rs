@@ -47,7 +47,8 @@ pub(super) async fn call(ask: ServiceCall, targets: &Targets, ros_args: &RosArgs
     }
 }
 
-/// Returns whether the node is a simulated arm. Other programs also serve `~/reset`, with other meanings.
+/// Returns whether the node is a simulated arm, by a parameter that only simulated arms have. Nodes of other programs may also
+/// serve `~/reset`, with another meaning.
 async fn is_simulated(node: &mut Node, name: &str) -> Result<bool, RosError> {
     Ok(ParameterClient::new(node, name, PATIENCE).get("initial_positions").await?.is_some())
 }

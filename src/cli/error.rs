@@ -142,7 +142,7 @@ impl Error {
             }),
             Self::Run(RunError::Bag(error)) => usage(is_bag_usage(error)),
             Self::Run(_) => 2,
-            // A full disk is not an error of the request.
+            // A file that cannot be written, for example because the disk is full, is not a fault of the command line.
             Self::Compare(error) => usage(!matches!(error, CompareError::File { .. })),
             Self::Paper(error) => usage(matches!(error, PaperError::Experiment { .. })),
             Self::View(error) => {
@@ -171,7 +171,8 @@ impl Error {
     }
 }
 
-/// Returns whether the user's request is at fault. Other errors arise while the program performs a valid request.
+/// Returns whether the user's arguments or environment caused the error. Other errors arise while the program carries out a valid
+/// command.
 fn is_ros_usage(error: &RosError) -> bool {
     matches!(
         error,
@@ -182,7 +183,7 @@ fn is_ros_usage(error: &RosError) -> bool {
     )
 }
 
-/// Returns whether the user's request is at fault, as [`is_ros_usage`] does.
+/// Returns whether the user's arguments or environment caused the error.
 fn is_node_usage(error: &NodeError) -> bool {
     match error {
         NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,
@@ -191,7 +192,7 @@ fn is_node_usage(error: &NodeError) -> bool {
     }
 }
 
-/// Returns whether the user's request is at fault, as [`is_ros_usage`] does.
+/// Returns whether the user's arguments or environment caused the error.
 fn is_bag_usage(error: &BagError) -> bool {
     !matches!(error, BagError::Write { .. })
 }

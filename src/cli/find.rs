@@ -105,7 +105,8 @@ impl Search {
         })
     }
 
-    /// Returns the next node that is found; `None` once no further nodes are expected.
+    /// Returns the name of the next node that is found. Returns `None` once the only requested node was found, or once no further
+    /// node has appeared for [`MORE`].
     ///
     /// # Errors
     /// An error if no node is found.

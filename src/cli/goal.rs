@@ -140,7 +140,8 @@ impl Goal {
         recorded
     }
 
-    /// Returns the position and the orientation as a quaternion. The orientation is `None` if the tool keeps the present one.
+    /// Returns the position \[m\] and the orientation (a quaternion x y z w) of the goal. The orientation is `None` if the tool
+    /// keeps its present one.
     fn place(&self) -> super::Result<([f64; 3], Option<[f64; 4]>)> {
         let orientation = match (&self.pose[3..], self.rpy.as_deref(), self.keep_orientation) {
             (&[qx, qy, qz, qw], None, false) => Some([qx, qy, qz, qw]),

@@ -47,11 +47,10 @@ pub(super) const OF_DEMO: &str = "\
   at goal    when the tolerances were first met
 Below the table: how late the servo's cycles woke (the bound of 99 % of them, and the maximum) in the worse motion";
 
-/// The explanation of the last column of `plot`, and of what `plot` does with incomplete bags.
+/// The explanation of the last column of `plot`, and of the columns that a bag without commands leaves empty.
 pub(super) const OF_PLOT: &str = "\
   at goal    when the tolerances were first met
-Peak and effort are those of the commands, or of the measured speeds if the bag has no commands; - if it has neither.
-A star at a motion's number: the motion began before the bag, and a line below the table tells how long before.";
+Peak and effort are those of the commands, or of the measured speeds if the bag has no commands; - if it has neither.";
 
 /// The help on the names and values of parameters.
 pub(super) const PARAM: &str = "\

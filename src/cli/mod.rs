@@ -143,7 +143,8 @@ fn run(arguments: impl Iterator<Item = OsString>) -> Result<()> {
     let ours: Vec<_> = ours.into_iter().map(plain_number).collect();
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
         Ok(Cli { command: Some(command) }) => execute(command, &ros_args),
-        // A user at a terminal sees at once that the arm moves. If a script lacks the subcommand, nothing must move.
+        // A user at a terminal sees at once that the arm of the demo moves. But a script without a subcommand must not move
+        // anything.
         Ok(Cli { command: None }) if std::io::stdout().is_terminal() => {
             execute(Command::Tools(tools::Command::default()), &ros_args)
         }
@@ -154,8 +155,8 @@ fn run(arguments: impl Iterator<Item = OsString>) -> Result<()> {
     }
 }
 
-/// Rewrites negative numbers that clap would take for options, such as `-6.1e-17` and `-.5`. A rewritten number has no exponent,
-/// and has a digit before the point. Other arguments are unchanged.
+/// Rewrites a negative number that clap would take for an option, such as `-6.1e-17` or `-.5`. The rewritten number has no
+/// exponent, and has a digit before the point. Returns other arguments unchanged.
 fn plain_number(argument: String) -> String {
     let is_misread =
         argument.starts_with("-.") || ["e-", "e+", "E-", "E+"].iter().any(|sign| argument.contains(sign));
@@ -167,8 +168,8 @@ fn plain_number(argument: String) -> String {
     }
 }
 
-/// Prepares parameters from ROS arguments for a command that is not a node, and prints warnings. Parameters that are given without
-/// a node apply to this command.
+/// Prepares the servo's parameters from ROS arguments, for a command that is not a node. Prints warnings. A parameter without a
+/// node's name applies to this command.
 fn offline(mut ros_args: RosArgs) -> Result<Prepared<ServoParameters>> {
     let name = Resolver::new(ServoParameters::NODE_NAME, &ros_args)?.node().name().to_owned();
     for given in &mut ros_args.overrides {

@@ -6,7 +6,7 @@ use dq_messages::messages::Time;
 use dq_wire::{MotionReport, Outcome, StatusReport};
 use std::time::{Duration, Instant};
 
-/// If the servo has not driven the arm for this time, it will not drive the arm without another request.
+/// If the servo has not driven the arm toward the goal for this time, the command gives up: the servo waits for another request.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Within this time a goal message is taken, rejected, or lost. No servo lets a goal wait for its frame for more than 2 s.
@@ -21,7 +21,7 @@ pub(super) struct OwnGoal {
     sent: Instant,
     last_sent: Instant,
     in_frame: bool,
-    /// The number of the motion to the goal; `None` until the servo reports it.
+    /// The number that the servo gives the motion to the goal; `None` until the servo reports it.
     number: Option<u64>,
     /// The time at which the servo last drove the arm.
     driven: Instant,
@@ -60,8 +60,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Returns whether the servo, according to `report`, has this goal, or may still take the goal if nobody stops the servo. Returns
-    /// `None` if the report does not show this yet.
+    /// Returns true if `report` shows that the servo has this goal, or may still take it if nobody stops the servo. Returns false
+    /// if the servo no longer has the goal, or can no longer take it. Returns `None` if the report does not show this yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);
@@ -69,7 +69,8 @@ impl OwnGoal {
         if self.had.is_some() || self.last_sent.elapsed() > TO_BE_TAKEN {
             return Some(false);
         }
-        // If no other input is active, a stop withdraws only this goal, which waits for its frame, and no goal of other senders.
+        // The goal may still wait for its frame. If no other input is active, a stop withdraws only this goal, and no goal of other
+        // senders.
         let is_free = report.goal.is_none() && report.input != Some(Input::Twist);
         (self.in_frame && is_free).then_some(true)
     }
@@ -94,7 +95,7 @@ impl OwnGoal {
         }
         match motion.outcome {
             Outcome::Underway => Ok(None),
-            // Someone may let the arm continue before the timeout.
+            // Keep waiting: before the timeout, someone may request a reconfiguration, with which the arm continues.
             Outcome::Stalled if motion.may_be_reconfigured() => Ok(None),
             Outcome::Arrived => Ok(Some(motion)),
             Outcome::Replaced => Err(NotArrived::Replaced(motion.sentence())),

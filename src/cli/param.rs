@@ -68,7 +68,8 @@ enum Action {
 }
 
 impl Action {
-    /// Returns the words, the number of words that follow the node, and the usage.
+    /// Returns the words that the user gave, the number of words that must follow the name of the node, and the usage of the
+    /// subcommand.
     fn words(&self) -> (&[String], usize, &'static str) {
         match self {
             Self::Docs => (&[], 0, "param docs"),

@@ -81,7 +81,7 @@ impl Enclave {
         self.reads.insert(format!("rr{service}Reply"));
     }
 
-    /// Adds the permissions that the node `node` itself needs.
+    /// Adds the permissions with which `node` can run: its topics, its services and its parameters.
     fn is(&mut self, node: &OurNode) -> super::Result<()> {
         for (name, topic) in node.contract.topics() {
             let name = node.names.topic(name)?;
@@ -121,8 +121,8 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds the permissions to get and set the parameters of the node, and to read the topic that has the values too long for a
-    /// reply.
+    /// Adds the permissions to get and set the parameters of the node. Also adds the permission to read `~/parameters`, which has
+    /// the values that are too long for a reply.
     fn sets_parameters(&mut self, node: &OurNode) -> super::Result<()> {
         for service in OF_EVERY_NODE {
             self.calls(&node.names.service(service)?);
@@ -139,8 +139,8 @@ impl Enclave {
         Ok(())
     }
 
-    /// Returns the permissions document of DDS Security. Its validity is longer than that of the certificate, so only the
-    /// certificate limits the use.
+    /// Returns the permissions document of DDS Security. Its validity ends after that of the certificate, so that only the
+    /// certificate's end limits the use.
     fn xml(&self) -> String {
         let topics = |names: &BTreeSet<String>| {
             names.iter().map(|name| format!("            <topic>{name}</topic>\n")).collect::<String>()
@@ -264,7 +264,7 @@ impl Graph {
         })
     }
 
-    /// Returns the names of the node `name` in the namespace `place`.
+    /// Returns the resolver of a node called `name` in the namespace `place`.
     fn names(&self, place: &str, name: &str) -> super::Result<Resolver> {
         let mut args = self.args.clone();
         let namespace = if place.is_empty() { "/" } else { place };

@@ -90,8 +90,8 @@ pub(super) async fn guard(ros_args: &RosArgs) -> super::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network. While `waits` returns true, also
-/// returns an error if the network came late, so that this host has an address that the process does not use.
+/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network. While `waits` returns true,
+/// also returns an error if this host has an address that the process does not use, because the network came up after the process.
 pub(super) async fn until(
     signals: &mut Signals,
     waits: impl Fn() -> bool,

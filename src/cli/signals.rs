@@ -58,7 +58,7 @@ impl Signals {
         Ok(Self { ends: kinds.map(signal).collect::<io::Result<_>>()?, last: None })
     }
 
-    /// Waits for one of the signals.
+    /// Waits for one of the signals. Signals that arrive shortly after the previous one count as the same signal.
     pub async fn next(&mut self) {
         loop {
             self.any().await;

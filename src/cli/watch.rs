@@ -122,8 +122,8 @@ impl<M: Message + Clone> Watch<M> {
         }
     }
 
-    /// Returns whether the servo has the last goal that this client sent, or may still take that goal. `None` if the servo does not
-    /// report in time.
+    /// Returns whether the servo has the last goal that this client sent, or may still take it. Returns `None` if no report of the
+    /// servo shows this in time.
     pub async fn has_own_goal(&self) -> Option<bool> {
         let Some(own) = &self.own else { return Some(false) };
         let is_left = async {

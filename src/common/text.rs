@@ -1,4 +1,5 @@
-//! Functions that shorten, clean or refuse text and lists from outside, before the program stores, logs or repeats them.
+//! Functions for text and lists from other programs and files. They shorten, clean or refuse such data before the program stores,
+//! logs or repeats them.
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -6,7 +7,8 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The largest length of a text from outside \[bytes\]; longer texts are shortened. Every ROS 2 name is shorter than this.
+/// The largest length of a text from another program or a file \[bytes\]; longer texts are shortened. Every ROS 2 name is shorter
+/// than this.
 pub const LONGEST: usize = 250;
 
 /// The largest number of elements of a list from outside; longer lists are refused. No robot has as many joints, and processing a
@@ -25,13 +27,13 @@ pub fn cut(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{}{ELLIPSIS}", &text[..end]))
 }
 
-/// The largest number of characters of a name from outside that is shown. Longer names are cut.
+/// The largest number of characters that are shown of a name from another program or a file. Longer names are cut.
 pub const NAME: usize = 80;
 /// The largest number of characters of an error message about a file from outside. Longer messages are cut.
 pub const REASON: usize = 400;
 
-/// Returns a text from outside for a figure, a table or a line. Replaces control characters. If the text has more than `longest`
-/// characters, returns the first `longest` and an ellipsis.
+/// Returns `text` in a form that is safe to show in a figure, a table or a line. Replaces control characters. If the text has more
+/// than `longest` characters, returns the first `longest` and an ellipsis.
 pub fn shown(text: &str, longest: usize) -> String {
     let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
     let mut shown: String = text.chars().take(longest).map(clean).collect();
@@ -41,7 +43,8 @@ pub fn shown(text: &str, longest: usize) -> String {
     shown
 }
 
-/// Returns a text from outside with its line breaks and tabs. Replaces all other control characters, which could control a terminal.
+/// Returns `text` in a form that is safe to print. Keeps line breaks and tabs, and replaces all other control characters, which
+/// could control a terminal.
 pub fn shown_lines(text: &str) -> String {
     let clean = |c: char| match c {
         '\n' | '\t' => c,
@@ -94,7 +97,7 @@ pub fn deserialize_few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer.deserialize_seq(Few(PhantomData))
 }
 
-/// A text that was shortened during deserialization.
+/// A text that is cut to [`LONGEST`] bytes when it is deserialized.
 struct Short(String);
 
 impl<'de> Deserialize<'de> for Short {

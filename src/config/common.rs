@@ -104,7 +104,7 @@ impl JointParameters {
     }
 }
 
-/// Checks the joint names that the parameter `parameter` has.
+/// Checks joint names that are the value of the parameter `parameter`.
 ///
 /// # Errors
 /// [`ParameterError::Invalid`] if there are none, or if a name is empty or occurs twice.
@@ -223,7 +223,7 @@ fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterErro
 /// The numbers of a pose: x y z \[m\], then qx qy qz qw.
 pub(super) type PoseNumbers = [f64; 7];
 
-/// The numbers of the identity.
+/// The numbers of the pose without translation and rotation.
 pub(super) const NO_POSE: PoseNumbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
 /// Returns the numbers of `pose`.

@@ -180,7 +180,8 @@ impl Described {
             };
             let dynamics: Vec<_> = limits.iter().enumerate().zip(&velocity).map(of).collect();
             let each = |of: fn(&Dynamics) -> f64| Value::DoubleArray(dynamics.iter().map(of).collect());
-            // The velocity comes first. So an invalid velocity is reported itself, and not the invalid limits that result from it.
+            // The velocity comes first. If it is invalid, the error names the velocity, and not the limits that are computed from
+            // it.
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
             values.push(("limits.joint_acceleration", each(|one| one.acceleration)));
             if limits.iter().any(|limits| limits.deceleration.is_some()) {
@@ -208,7 +209,7 @@ impl Described {
             let in_force = given.of(*joint, limits);
             let taken = speed(&in_force).map(|velocity| Dynamics::of(&in_force, velocity));
             taken.is_some_and(|taken| {
-                // A deceleration that the user has set is checked when the store takes it.
+                // A deceleration that the user has set is checked later, when it is put into the parameter store.
                 let is_given = given.deceleration.is_some();
                 is_less(limits.deceleration.filter(|_| !is_given), taken.deceleration)
                     || is_less(limits.jerk, taken.jerk)

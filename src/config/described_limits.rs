@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 /// such limit.
 const TIME_TO_FULL_SPEED: f64 = 0.5;
 
-/// The limits of a joint on acceleration, deceleration and jerk.
+/// The limits of a joint on acceleration and deceleration [rad/s², prismatic: m/s²] and on jerk [rad/s³, prismatic: m/s³].
 pub(super) struct Dynamics {
     pub acceleration: f64,
     pub deceleration: f64,
@@ -40,7 +40,7 @@ pub(super) fn for_each_arm(list: Vec<f64>, joints: &[usize]) -> Vec<f64> {
     if joints.iter().all(|count| *count == list.len()) { list.repeat(joints.len()) } else { list }
 }
 
-/// Returns the speed limit of a joint; `None` if the limit is missing or invalid.
+/// Returns the speed limit of a joint [rad/s, prismatic: m/s]; `None` if the limit is missing or invalid.
 pub(super) fn speed(limits: &JointLimits) -> Option<f64> {
     limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
 }
@@ -80,7 +80,8 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// Returns the limits in force of the joint with the index `joint`. `limits` are its limits in the description.
+    /// Returns the limits in force of the joint with the index `joint`. `limits` are its limits in the description; limits that the
+    /// user has set replace them.
     pub fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();

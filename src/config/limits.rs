@@ -42,7 +42,7 @@ pub(super) fn complete(limits: &mut Limits, arms: &[&[JointKind]]) -> Result<(),
     check_ramps(limits, joints)
 }
 
-/// Fills an empty list with the value `none`, `count` times. Checks that any other list has `count` numbers.
+/// Fills an empty list with `count` times the value `none`, which means no limit. Checks that any other list has `count` numbers.
 fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Result<(), ParameterError> {
     if list.is_empty() {
         list.resize(count, none);

@@ -103,13 +103,14 @@ impl ServoParameters {
         Ok(parameters)
     }
 
-    /// Changes the settings, such as limits, law and gains, tolerances, or the kind of commands that the robot takes.
+    /// Returns these parameters after `change` has changed their settings, such as limits, law and gains, tolerances, or the kind
+    /// of commands that the robot takes.
     pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Self {
         change(&mut self.settings);
         self
     }
 
-    /// Changes the control period.
+    /// Returns these parameters with another control period.
     pub fn with_period(self, period: Duration) -> Self {
         Self { period, ..self }
     }

@@ -252,15 +252,14 @@ pub struct DescribedArm {
     pub robot: String,
     /// All joints from the base to the tool, including fixed joints.
     pub joints: Vec<DescribedJoint>,
-    /// The drivers, which joints between base and tool mimic, that are not between base and tool themselves. The frames of these
-    /// drivers do not matter.
+    /// The joints outside of the path from base to tool that joints on the path mimic. The frames of these joints do not matter.
     pub drivers: Vec<DescribedJoint>,
 }
 
 impl DescribedArm {
-    /// Yields the joints that move on their own, base first. These are the joints between base and tool that mimic no other joint.
-    /// A driver that is not between base and tool replaces the first joint that mimics it. The limits of a driver are narrow enough
-    /// to keep its mimic joints within their own limits.
+    /// Yields the joints that move independently, base first. These are the joints between base and tool that mimic no other joint.
+    /// If a joint mimics one of the [`drivers`](Self::drivers), this driver takes the place of the first joint that mimics it. The
+    /// limits of each driver keep its mimic joints within their own limits.
     pub fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
         let mut elsewhere: Vec<_> = self.drivers.iter().collect();
         self.links().filter_map(move |joint| match &joint.mimic {

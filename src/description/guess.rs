@@ -87,7 +87,7 @@ impl Branch<'_> {
     }
 }
 
-/// The links that follow a link.
+/// The joints and links of a robot, by parent link.
 struct Branches<'a> {
     by_parent: HashMap<&'a str, Vec<Branch<'a>>>,
     /// For each link, a summary of all links beyond it.
@@ -96,7 +96,7 @@ struct Branches<'a> {
     order: Vec<&'a str>,
 }
 
-/// A summary of all links beyond a link.
+/// The joints that a chain beyond a link can have, and whether anything there moves.
 #[derive(Clone, Copy, Default)]
 struct Beyond {
     /// The largest number of driven joints on a chain.
@@ -161,8 +161,8 @@ impl<'a> Branches<'a> {
         Ok((tool, self.fixed_to(from, tool)))
     }
 
-    /// Returns the first frame after `from` with this name, with or without a prefix; `None` if there is none. A frame does not
-    /// count if more joints are beyond the frame than before it.
+    /// Returns the first frame after `from` with this name, with or without a prefix; `None` if there is no such frame. Ignores a
+    /// frame if more joints are beyond it than before it.
     fn named(&self, from: &'a str, name: &str) -> Result<Option<&'a str>, DescriptionError> {
         let (mut before, mut found) = (HashMap::from([(from, 0)]), Vec::new());
         for &link in &self.order {

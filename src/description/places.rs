@@ -5,7 +5,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmError, Chain};
 use std::collections::HashMap;
 
-/// The place of a link.
+/// The joint that carries a link, and the pose of the link relative to that joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// The moving joint between base and tool that carries the link, counted from 1; 0 for a link fixed to the base.

@@ -94,8 +94,8 @@ fn read_joint(tree: &Tree, joint: Node) -> Result<DescribedJoint, DescriptionErr
     Ok(DescribedJoint { mimic: mimic(tree, joint)?, ..read_as(joint, motion)? })
 }
 
-/// Returns which joint drives `joint`, and how, through all mimic joints in between; `None` if `joint` does not mimic. A fixed
-/// joint does not mimic, whatever the document says.
+/// Follows the mimic joints from `joint` to the joint that drives it, and returns how it is driven. Returns `None` if `joint` does
+/// not mimic. A fixed joint does not mimic, whatever the document says.
 fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
     /// The possible ratios of speeds.
     const RATIOS: RangeInclusive<f64> = 1.0 / JOINT_ANGLE..=JOINT_ANGLE;

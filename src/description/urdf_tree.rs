@@ -160,7 +160,7 @@ impl<'a> Tree<'a> {
         for link in &self.links {
             let (mut link, mut way) = (*link, Vec::new());
             while let Some((parent, joint)) = self.by_child.get(link).filter(|_| !ends.contains(link)) {
-                // A path with as many steps as there are joints is in a ring.
+                // If a path toward the root has as many steps as the robot has joints, some link is its own ancestor.
                 if way.len() == self.joints.len() {
                     let why = format!("its child {:?} carries its parent {:?} too", cut(link), cut(parent));
                     return Err(wrong(*joint, format!("{why}: expected links that form a tree, no ring")));

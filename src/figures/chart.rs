@@ -32,7 +32,7 @@ impl Axis {
         Self { logarithmic: true, ..Self::new(label, range) }
     }
 
-    /// Returns the place of a value on the axis: 0 at the start, 1 at the end.
+    /// Returns the position of a value on the axis, as a fraction: 0 at the start, 1 at the end.
     fn part(&self, value: f64) -> f64 {
         let Range { start, end } = self.range;
         match self.logarithmic {
@@ -41,8 +41,8 @@ impl Axis {
         }
     }
 
-    /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times `count` ticks, because they are not
-    /// evenly spaced.
+    /// Returns about `count` ticks, at least two. Each tick has its value and its text. A logarithmic axis may have up to three
+    /// times `count` ticks, because they are not evenly spaced.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
         let decades = if self.logarithmic { decades(&self.range, 3.0 * count) } else { Vec::new() };
         // A range of less than a decade has too few round values of its own.
@@ -92,7 +92,7 @@ impl Panel {
         json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
     }
 
-    /// Returns the panel's marks, with the places of their names if the panel has this width \[px\].
+    /// Returns the panel's marks, with the positions of their names in a panel of this width \[px\].
     pub(super) fn named_marks(&self, width: f64) -> NamedMarks<'_> {
         let shown =
             self.marks.iter().filter(|mark| (self.x.range.start..=self.x.range.end).contains(&mark.x));

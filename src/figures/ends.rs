@@ -6,7 +6,7 @@ use super::line::Line;
 use super::series::Series;
 use super::style::{LABEL, LIMIT, text_width};
 
-/// The room for the line from the end of a curve to its name \[px\].
+/// The horizontal space for the line from the end of a curve to its name \[px\].
 const LEADER: f64 = 16.0;
 /// The height of a line of text \[px\].
 const LINE: f64 = 11.5;
@@ -16,7 +16,7 @@ const LINE: f64 = 11.5;
 pub(super) enum Names {
     /// By their names, one below the other.
     Full,
-    /// By letters, because there is no room for names. The legend has these entries, from `a` on.
+    /// By letters, because the names would be too wide. The legend explains the letters: its entries are these texts, from `a` on.
     Letters(Vec<String>),
 }
 
@@ -115,14 +115,14 @@ fn distance_to(point: Point, from: Point, to: Point) -> f64 {
     distance(point, (from.0 + part * dx, from.1 + part * dy))
 }
 
-/// Returns the middles of names with these heights. They do not overlap, and the sum of the squares of their distances from
-/// `places` is the least (pool adjacent violators). `places` are in ascending order. Names that do not fit into the `room` extend
-/// beyond both of its ends.
+/// Places names with these `heights` one below the other, without overlaps. Returns the vertical positions of their middles. The
+/// sum of the squares of their distances from `places`, the ends of the curves, is the least (pool adjacent violators). `places`
+/// are in ascending order. Names that do not fit into the `room` extend beyond both of its ends.
 fn spread(places: &[f64], heights: &[f64], room: std::ops::Range<f64>) -> Vec<f64> {
     let mut below = 0.0;
     // The distance of each name from the top of the first name, if there are no gaps.
     let offsets: Vec<_> = heights.iter().map(|height| (below += height, below - 0.5 * height).1).collect();
-    // Names without gaps between them: their number and the mean place of their top.
+    // Groups of names without gaps between them: the number of names, and the mean of the positions that their tops should have.
     let mut blocks: Vec<(usize, f64)> = Vec::new();
     for (place, offset) in places.iter().zip(&offsets) {
         blocks.push((1, place - offset));

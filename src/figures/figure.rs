@@ -118,8 +118,8 @@ impl Figure {
         Self { name: name.to_owned(), data, title: title.to_owned(), rows }
     }
 
-    /// Returns the drawing as SVG. On a screen, the legend of panels is at the right, and each panel has its own if the panels
-    /// show different things; otherwise the legend is at the top. On paper there is no title.
+    /// Returns the drawing as SVG. On a screen, the legend of panels is at the right; each panel has its own legend if no panel has
+    /// all entries. The legend of scenes is at the top. On paper, there is one legend, at the top, and no title.
     pub fn svg(&self, width: Width) -> String {
         let (mut canvas, paper) = (Canvas::default(), width.paper());
         let is_of_scenes = matches!(self.views().next(), Some(View::Scene(_)));

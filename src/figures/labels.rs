@@ -4,7 +4,7 @@ use super::canvas::{Anchor, Canvas, Point, Rectangle};
 use super::line::Line;
 use super::style::{INK, LABEL, text_width};
 
-/// The occupied parts of the drawing, and the rectangle for names.
+/// The rectangle in which names may be placed, and the parts of the drawing that names should not cover.
 pub(super) struct Labels {
     within: Rectangle,
     obstacles: Vec<Point>,
@@ -35,7 +35,7 @@ impl Labels {
         canvas.text(name, middle, LABEL, Anchor::Center);
     }
 
-    /// Finds the place for a name with the lowest cost. Returns the distance of this place from the point \[px\], and its
+    /// Finds the best position for a name near its point. Returns the distance of the name from the point \[px\], and the name's
     /// rectangle.
     fn place(&self, name: &str, point: Point) -> (f64, Rectangle) {
         let (width, height) = (text_width(name, LABEL), LABEL + 2.0);
@@ -53,7 +53,8 @@ impl Labels {
         best.map_or((0.0, Rectangle { left: point.0, top: point.1, width, height }), |best| (best.1, best.2))
     }
 
-    /// Returns the cost of a place. Illegible names cost the most, then covered parts of the drawing, then the distance.
+    /// Returns the cost of writing a name into the rectangle `place`, `radius` away from its point. Illegible names cost the most,
+    /// then covered parts of the drawing, then the distance.
     fn cost(&self, radius: f64, place: &Rectangle) -> f64 {
         let covered = self.obstacles.iter().filter(|point| place.contains(**point)).count();
         let overlaps = self.taken.iter().filter(|taken| taken.overlaps(place)).count();

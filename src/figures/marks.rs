@@ -11,7 +11,7 @@ use std::ops::Range;
 pub struct Mark {
     /// The position of the change on the horizontal axis.
     pub x: f64,
-    /// The name of the change, which is written above the curves if there is room; empty for no text.
+    /// The name of the change. It is written above the curves if it fits there. Empty: no name.
     pub text: String,
     /// The color of the line.
     pub color: Color,
@@ -19,13 +19,13 @@ pub struct Mark {
     pub line: Line,
 }
 
-/// The marks of a panel, with the place of each name.
+/// The marks of a panel, each with its position \[px\] and the position of its name; `None` for a mark whose name is not written.
 pub(super) struct NamedMarks<'a> {
     marks: Vec<(&'a Mark, f64, Option<Place>)>,
     lines: usize,
 }
 
-/// The place of a name: its line of text, counted from the top, and the side of the mark.
+/// The position of a name: its line of text, counted from the top, and the side of the mark.
 type Place = (usize, Anchor);
 
 /// The largest number of lines of names.
@@ -83,8 +83,8 @@ impl<'a> NamedMarks<'a> {
     }
 }
 
-/// Returns the first line of text that has room for a name of this width: to the right of its mark or, near the right end, to the
-/// left. Adds a line if necessary. Returns `None` if no line has room.
+/// Finds the first line of text in which a name of this width fits: to the right of its mark or, near the right end, to the left.
+/// Adds a line if necessary. Returns `None` if the name fits into no line, and there are [`MOST_LINES`] lines already.
 fn find_place(lines: &mut Vec<Vec<Range<f64>>>, x: f64, width: f64, right: f64) -> Option<Place> {
     let room = width + 2.0 * GAP;
     let (name, anchor) =

@@ -40,13 +40,13 @@ impl Projection {
         let mut projection = Self { bounds, sheet_from_space, center, scale: 1.0, middle };
         let seen = projection.corners().map(|corner| sheet_from_space * (corner - center));
         let extent = |row: usize| seen.iter().map(|corner| corner[row].abs()).fold(0.0, f64::max);
-        // This leaves room for the numbers and names at the edges.
+        // Leave space for the numbers and names at the edges of the box.
         let (width, height) = (frame.width - 150.0, frame.height - 120.0);
         projection.scale = (0.5 * width / extent(0)).min(0.5 * height / extent(1));
         projection
     }
 
-    /// Returns the place of a point of space on the sheet.
+    /// Returns the position on the sheet of a point in space.
     pub fn point(&self, point: &Vector3<f64>) -> Point {
         let seen = self.scale * self.sheet_from_space * (point - self.center);
         (self.middle.0 + seen.x, self.middle.1 - seen.y)

@@ -53,7 +53,7 @@ impl TopicContract {
     }
 }
 
-/// The role of a node at a topic.
+/// Whether a node publishes a topic or subscribes to it.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
@@ -63,7 +63,7 @@ pub enum Direction {
     Out,
 }
 
-/// The topics of one node, by their names in the node.
+/// The topics of one node. The keys are the names that the node uses, before remapping.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(transparent)]
 pub struct NodeContract {

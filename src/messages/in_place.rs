@@ -19,7 +19,7 @@ pub trait InPlace: Default {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }
 
-/// Takes the earlier message out of the cell, and decodes the next message into its memory.
+/// Decodes a message into the memory of the earlier message in the cell. Takes that message out of the cell.
 pub struct Reuse<'a, M>(pub &'a Cell<M>);
 
 impl<M> Clone for Reuse<'_, M> {
@@ -38,7 +38,7 @@ impl<'de, M: InPlace> DeserializeSeed<'de> for Reuse<'_, M> {
     }
 }
 
-/// Decodes a part of a message into the same part of the earlier message.
+/// Decodes a part of a message into the corresponding part of the earlier message.
 struct Over<'a, T>(&'a mut T);
 
 impl<'de, T: InPlace> DeserializeSeed<'de> for Over<'_, T> {
@@ -98,7 +98,7 @@ fields! {
     WrenchStamped { header, wrench }
 }
 
-/// Reads a text from outside, [`cut`] to the longest allowed length.
+/// Shortens the text to the longest allowed length (see [`cut`]), because other nodes may send texts of any length.
 impl InPlace for String {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_str(Over(self))
@@ -119,7 +119,7 @@ impl Visitor<'_> for Over<'_, String> {
     }
 }
 
-/// Reads a list from outside, with at most [`MOST`] elements.
+/// Rejects a list with more than [`MOST`] elements, because other nodes may send lists of any length.
 impl<T: InPlace> InPlace for Vec<T> {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_seq(Over(self))

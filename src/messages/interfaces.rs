@@ -68,7 +68,7 @@ static TYPE_HASHES: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
 const SEPARATOR: &str = "================================================================================";
 
 /// Returns the definition of `message` (`package/msg/Name`), followed by those of all types that it uses, in rosbag2's format.
-/// `None` for a type that is not in `msg_config/interfaces`.
+/// Returns `None` for a type that is not in `msg_config/interfaces`.
 pub fn definition(message: &str) -> Option<String> {
     let mut text = own_text(message)?.to_owned();
     let mut seen = BTreeSet::from([message.to_owned()]);

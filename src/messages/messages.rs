@@ -34,8 +34,8 @@ pub trait ServiceType: 'static {
     /// The response of the server.
     type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
-    /// Returns the substitute for a response that is too long: it has `_bytes` bytes, but only `_room` bytes can reach the client.
-    /// `None` if the service has no substitute.
+    /// Returns a short response in place of one that is too long: it has `_bytes` bytes, but at most `_room` bytes can reach the
+    /// client. Returns `None` if the service defines no such response.
     fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
         None
     }

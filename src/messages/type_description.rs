@@ -51,7 +51,7 @@ message! {
     }
 }
 message! {
-    /// A single type.
+    /// The description of one type, without the types that it uses.
     IndividualTypeDescription = "type_description_interfaces/msg/IndividualTypeDescription" {
         /// The name of the type: `package/msg/Name`.
         type_name: String,
@@ -122,8 +122,8 @@ pub fn describe(request: &GetTypeDescriptionRequest) -> GetTypeDescriptionRespon
     }
 }
 
-/// Returns the description of a type and of the types that it uses. `None` if a definition is missing or has a feature that is not
-/// supported.
+/// Returns the description of a type and of the types that it uses. Returns `None` if a definition is missing, or if it has a
+/// feature that this function does not support.
 fn description(message: &str) -> Option<TypeDescription> {
     let mut referenced = BTreeSet::new();
     let mut to_visit = dependencies(message)?;

@@ -141,7 +141,7 @@ fn command_allocations() -> (u64, u64) {
     ))
 }
 
-/// Returns the median and the sum of sorted numbers.
+/// Returns the median and the sum of numbers that are sorted in ascending order.
 fn figures(sorted: &[u64]) -> (u64, u64) {
     (sorted[sorted.len() / 2], sorted.iter().sum())
 }

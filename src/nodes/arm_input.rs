@@ -135,14 +135,15 @@ fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }
 
-/// Counts malformed messages as rejected. `reasons` are those of their decoder.
+/// Makes the servo count a rejected message for each of `reasons`, which are the decoder's reasons why messages could not be
+/// decoded.
 pub(super) fn reject_malformed(servo: &mut Servo, reasons: Vec<String>) {
     for why in reasons {
         let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
     }
 }
 
-/// Returns the largest absolute speed; `None` if there are no speeds.
+/// Returns the largest absolute value of `speeds`; `None` if `speeds` is empty.
 pub(super) fn fastest(speeds: &[f64]) -> Option<f64> {
     speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
 }

@@ -10,12 +10,13 @@ const LEAST_TIME: Duration = Duration::from_millis(20);
 /// The speed of an arm.
 #[derive(Default)]
 pub(super) struct ArmSpeed {
-    /// The speed of the fastest joint [rad/s]; `None` if a joint has no reported speed. This is the lower of the reported speed and
-    /// the speed that the positions show, because some drivers report other numbers in the field for speeds.
+    /// The speed of the fastest joint [rad/s, prismatic: m/s]; `None` if the last joint state reports no speed for some joint. This
+    /// is the lower of two speeds: the reported one, and the one computed from the positions. Some drivers write other quantities
+    /// than speeds into the field for speeds.
     pub fastest: Option<f64>,
-    /// Earlier positions \[rad\], with the time at which they arrived.
+    /// The positions \[rad, prismatic: m\] from which the next speed will be computed, and the time at which they arrived.
     before: Option<(Instant, Vec<f64>)>,
-    /// The speed of the fastest joint according to the positions [rad/s].
+    /// The speed of the fastest joint that was last computed from the positions [rad/s, prismatic: m/s].
     shown: Option<f64>,
 }
 

@@ -38,7 +38,7 @@ struct ArmCommands {
 trait CommandPublisher: Send + Sync {
     /// Publishes a command with these numbers.
     fn publish(&self, numbers: &[f64]);
-    /// Stops the arm, even while the cycle hangs in `publish`.
+    /// Stops the arm. Works even while the cycle hangs in `publish`.
     fn stand(&self);
     fn publishing(&self) -> &Publishing;
 }
@@ -124,7 +124,7 @@ impl ArmCommands {
         self.publishing().readers().saturating_sub(self.guards.publishers())
     }
 
-    /// Returns the number of other publishers. Guards do not count.
+    /// Returns the number of other publishers of commands, without guards.
     fn rivals(&self) -> usize {
         self.publishing().other_publishers().saturating_sub(self.guards.publishers())
     }
@@ -159,7 +159,8 @@ impl Commands {
         }
     }
 
-    /// Stops the arms at once.
+    /// Stops the arms at once: sends zero velocities. Arms that take positions get no command, because they hold their last
+    /// positions.
     pub fn stand(&self) {
         self.arms.iter().for_each(|arm| arm.publisher.stand());
     }
@@ -169,7 +170,8 @@ impl Commands {
         self.ended.load(Ordering::SeqCst)
     }
 
-    /// Sends zeros for a moment, even if the cycle sends commands or hangs, and blocks all later commands.
+    /// Sends zeros for [`SHORTEST_FINAL_ZEROS`], even if the cycle sends commands or hangs. Sends nothing if no command was sent
+    /// before. Blocks all later commands of the cycle.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
         if !self.begun.load(Ordering::SeqCst) {
@@ -201,7 +203,8 @@ impl Commands {
         self.arms.get(arm).is_some_and(|arm| arm.rival.is_there())
     }
 
-    /// Returns the publisher number `number` of commands to arm number `arm`. Number 0 is this node, and 1 is the other publisher.
+    /// Returns publisher number `number` of the commands to arm number `arm`. Number 0 is this node. Number 1 is the other node
+    /// that sends commands to the arm; `None` if there is no such node.
     pub fn publisher(&self, arm: usize, number: u32) -> Option<EndpointId> {
         let arm = self.arms.get(arm)?;
         if number == 0 { Some(arm.publishing().id()) } else { arm.rival.publisher() }

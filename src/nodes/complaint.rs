@@ -2,7 +2,7 @@
 
 use dq_ros::ros::Logger;
 
-/// The warning that was logged last; `None` if the last state needed no warning.
+/// The last logged warning; `None` if the last call of `warn` passed no warning.
 #[derive(Default)]
 pub(super) struct WarningOnChange(Option<String>);
 

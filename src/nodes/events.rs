@@ -28,7 +28,7 @@ const LONGEST: usize = 1 << 20;
 /// The interval at which the record includes the servo's state. After a lost message the replay continues at the next state.
 const STATE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// The topic of the record, and the number of its subscribers. The cycle and the report share this value.
+/// The topic of the record, and the number of its subscribers. The cycle and the report each hold a reference to this value.
 pub(super) struct EventsTopic {
     publisher: Publisher<UInt8MultiArray>,
     readers: AtomicUsize,
@@ -56,8 +56,8 @@ pub(super) struct ParameterRecord {
 }
 
 impl ParameterRecord {
-    /// Encodes the parameters in `store`, the `changes` that led to them, and the live keep-outs `drawn`. The parameters belong to
-    /// a servo of this kind.
+    /// Encodes the parameters in `store` of a servo of this kind. `changes` are the parameters that changed last, and `drawn` are
+    /// the live keep-outs.
     pub fn new(
         kind: ServoKind,
         store: &ParameterStore,
@@ -148,7 +148,7 @@ impl EventsRecord {
         servo.begin(now);
     }
 
-    /// Lets the servo take an event, and records the event.
+    /// Passes an event to the servo, and records the event. Returns the servo's answer.
     ///
     /// # Errors
     /// The errors of [`Servo::take`].

@@ -21,10 +21,10 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Stop following earlier goals. If the settings say that goals follow their frames, report how the frame of this goal moves
-    /// the goal.
+    /// Stop reporting the motions of earlier goals. If the settings say that goals follow their frames, report from now on how this
+    /// goal moves with its frame.
     Follow(FramedGoal),
-    /// Follow no goal.
+    /// Stop reporting how goals move with their frames.
     Unfollow,
     /// Forget the goals up to this number.
     Forget(u64),
@@ -177,7 +177,7 @@ impl Frames {
     }
 }
 
-/// The listener's state. The listener is the thread that receives TF and looks frames up.
+/// The state of the listener, the thread that receives TF and looks frames up.
 struct Listener {
     tf: Subscription<TFMessage>,
     tf_static: Subscription<TFMessage>,
@@ -187,7 +187,7 @@ struct Listener {
     tool: String,
     settings: GoalFrames,
     clock: Clock,
-    /// The last time that a simulated clock showed \[ns\].
+    /// The last time that was read from a simulated clock \[ns\].
     time: i64,
     tree: Tree,
     waiting: WaitingGoals,

@@ -35,7 +35,8 @@ const SERVO_ENDS: Duration = Duration::from_millis(500);
 /// A running guard node.
 pub struct GuardNode {
     cycle: CycleThread,
-    /// Whether the arm needs the guard.
+    /// Whether the arm would move on without the guard: the last command moves the arm, and the guard has not finished a stop
+    /// since.
     needed: watch::Receiver<bool>,
     joint_states: Arc<Subscription<JointState>>,
     node: Node,
@@ -85,7 +86,7 @@ impl GuardNode {
         matches!(stands, Ok(Ok(_)))
     }
 
-    /// Returns whether nobody publishes the arm's joint states.
+    /// Returns whether nobody publishes the arm's joint states, so that the guard still waits for the robot.
     pub fn waits_for_robot(&self) -> bool {
         self.joint_states.publishers() == 0
     }
@@ -187,7 +188,7 @@ impl Watch {
     fn tick(&mut self, tick: Tick) {
         self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
         let Self { guard, joints, joint_states, .. } = self;
-        // Messages of other joints and damaged messages do not count.
+        // Ignore joint states without positions for the arm's joints, and damaged messages.
         joint_states.each(|state, _| {
             let mut positions = vec![0.0; joints.names().len()];
             if joints.positions(&state.name, &state.position, &mut positions).is_ok() {

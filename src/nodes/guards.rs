@@ -31,7 +31,7 @@ pub(super) struct Guards {
 }
 
 impl Guards {
-    /// Creates the state before any guard was heard.
+    /// Creates the state in which no guard has sent a status yet.
     pub fn new(statuses: GuardStatuses) -> Self {
         Self { statuses, heard: None }
     }

@@ -23,7 +23,7 @@ pub(super) struct InForce {
 struct Current {
     /// The settings without live keep-outs.
     settings: Settings,
-    /// The number of keep-outs and keep-ins in the parameters that the servo does not check.
+    /// The number of keep-outs and keep-ins in the parameters that the servo does not check because constraints are off.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
@@ -44,7 +44,7 @@ pub(super) struct NotObeyed {
 
 impl InForce {
     /// Creates the settings in force of a servo of this kind. `settings` come from the parameters, have no live keep-outs, and are
-    /// already in the cycle. `idle` is the number of keep-outs and keep-ins that the servo does not check.
+    /// already in the cycle. `idle` is the number of keep-outs and keep-ins in the parameters that the servo does not check.
     /// `requests` sends later settings to the cycle.
     pub fn new(
         settings: Settings,
@@ -81,7 +81,7 @@ impl InForce {
         Ok(())
     }
 
-    /// Returns whether `drawn` are the present live keep-outs.
+    /// Returns whether the live keep-outs in force are equal to `drawn`.
     pub fn is_drawn(&self, drawn: &[KeepOut]) -> bool {
         self.lock().drawn == drawn
     }
@@ -120,7 +120,7 @@ impl InForce {
         self.lock().refused = refused;
     }
 
-    /// Returns the largest number of live keep-outs for which the settings have room.
+    /// Returns the largest number of live keep-outs that the servo can obey with the present parameters.
     pub fn room(&self) -> usize {
         let now = self.lock();
         now.settings.scene.as_ref().map_or(MOST_KEEP_OUTS.saturating_sub(now.idle), |scene| scene.room())

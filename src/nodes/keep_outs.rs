@@ -78,7 +78,7 @@ struct DrawnKeepOuts {
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
     began: Instant,
-    /// Reasons why keep-outs are not obeyed, each until it is logged. Deleting a keep-out also removes its reason.
+    /// The reasons, not yet logged, why keep-outs are not obeyed. Deleting a keep-out also removes its reason.
     unsaid: Vec<(KeepOutKey, String)>,
     warning_due: Throttle,
     log: Logger,
@@ -146,7 +146,7 @@ fn said(KeepOutKey { namespace, id }: &KeepOutKey, why: &KeepOutRefused) -> Stri
     cut(&format!("{:?} {id} of ~/keep_out {how}: {why}", shown(namespace, NAME))).into_owned()
 }
 
-/// Returns the first text and the number of further ones; `None` if there are no texts.
+/// Returns the first of the texts, followed by the number of other texts; `None` if there are no texts.
 fn together(all: &[String]) -> Option<String> {
     let (first, more) = all.split_first()?;
     Some(if more.is_empty() { first.clone() } else { format!("{first} (and {} more)", more.len()) })

@@ -42,8 +42,8 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Creates the publishers of the node other than those of `commands`. `joints` are the names of all joints. The pictures show
-    /// the moments that are stored in `slot`.
+    /// Creates the publishers of the node other than those of `commands`. `joints` are the names of all joints. The data to draw
+    /// are stored in `slot`.
     pub fn new(
         NodeSetup { node, kind, contract }: &mut NodeSetup,
         commands: Arc<Commands>,
@@ -78,7 +78,7 @@ impl Outputs {
         self.events.update_readers();
     }
 
-    /// Returns the name of joint `number`, counted from 1, arm after arm.
+    /// Returns the name of joint `number`. The number counts from 1, through the joints of the first arm and then of the second.
     pub fn joint(&self, number: usize) -> String {
         joint_name(number, &self.joints)
     }
@@ -96,8 +96,8 @@ impl Outputs {
         (self.guard != before).then_some(self.guard)
     }
 
-    /// Publishes the pose and the pose error, and stores the moment for the pictures. The stamp is the time of the joint states from
-    /// which the pose was computed.
+    /// Publishes the pose and the pose error, and stores the data for the next picture. The stamp is the time of the joint states
+    /// from which the pose was computed.
     pub fn publish_pose(&self, cycle: &Snapshot) {
         let Some(controlled) = &cycle.pose else { return };
         let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };

@@ -8,7 +8,7 @@ use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
 use std::marker::PhantomData;
 
-/// A node's names and checked parameters. From here on, only the network can fail.
+/// A node's names and checked parameters. To start a node from them, only the network is needed.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
@@ -98,7 +98,8 @@ impl<P: NodeParameters> NodeArguments<P> {
                     name: name.clone(),
                     value: if is_xml { Value::String(yaml.clone()) } else { Value::from_yaml(yaml)? },
                     source: format!("-p {name}:={}", cut(yaml)),
-                    // A parameter meant for another node is not a misspelling of one of ours.
+                    // A value without a node's name may be for a node of another program, and is then ignored. But a name that resembles
+                    // a parameter of this program is probably misspelt, so it must be known.
                     by_name: only.is_some() || is_misspelt(name, dq_config::names()?),
                 });
             }
@@ -148,8 +149,8 @@ impl<P: NodeParameters> NodeArguments<P> {
     }
 }
 
-/// Returns a warning about a file that has no parameters for this node. A file with parameters for other kinds of our nodes causes
-/// no warning, because nodes may share a file.
+/// Returns a warning about a file that has no parameters for this node. Returns `None` if the file has parameters for another kind
+/// of node of this program, because nodes may share a file.
 fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) -> Option<String> {
     let is_for = |name: &str| dq_config::NODE_NAMES.contains(&name) && name != P::NODE_NAME;
     let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));

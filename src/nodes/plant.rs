@@ -93,7 +93,7 @@ impl PlantNode {
 /// The state of the cycle's thread.
 struct Cycle {
     plant: Plant,
-    /// The described joints that move with the plant's joints, each with its coupling.
+    /// The moving joints of the robot description, each with its coupling to the plant's joints.
     moving: Vec<(DescribedJoint, Coupling)>,
     joints: Vec<String>,
     inbox: Receiver<Request>,
@@ -125,7 +125,8 @@ struct Cycle {
 
 /// Receives the commands to the plant. The controller that the plant simulates determines their message type.
 trait Commands: Send {
-    /// Gives the newest command to `plant` at `now`. The plant's joints are called `joints`. Returns the errors.
+    /// Passes the newest command to `plant` at `now`. `joints` are the names of the plant's joints. Returns the reasons why
+    /// commands were rejected.
     fn give(&self, plant: &mut Plant, takes_positions: bool, joints: &[String], now: Duration)
     -> Vec<String>;
     fn topic(&self) -> &str;
@@ -314,7 +315,7 @@ impl Cycle {
     }
 }
 
-/// Returns the description of an arm that is given by DH rows, and the text of the description.
+/// Returns the robot description of an arm that is given by DH rows, parsed and as text.
 fn describe_rows(
     robot: &str,
     arm: &ArmParameters,

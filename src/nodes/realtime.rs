@@ -54,8 +54,8 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
 /// Calls `make`. The threads that `make` starts have SCHED_FIFO, because threads inherit it from the thread that starts them. Their
 /// priority is `priority - 1`, but at least 1. If `priority` is 0, only calls `make`.
 ///
-/// `priority` is that of the cycle, and `make` starts the threads of DDS. With an ordinary priority, these threads could be late, and
-/// a cycle that is never late would wait for them.
+/// `priority` is the priority of the cycle, and `make` starts the threads of DDS. With an ordinary priority, the threads of DDS
+/// could be late, and would delay the messages of a cycle that is never late.
 ///
 /// # Errors
 /// [`RealtimeError`] if the system does not allow the priority. Then `make` is not called.
@@ -88,8 +88,8 @@ fn lock_memory() -> Result<(), String> {
     let all = || mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|why| why.to_string());
     let limit = getrlimit(Resource::Memlock);
     let Some(bytes) = limit.current else { return all() };
-    // If a process can lock memory with a limit of 0, no limit applies to the process. The capability does not show this, because
-    // it may be valid only in a user namespace.
+    // Check whether the limit applies to this process: if the process can lock memory with a limit of 0, the limit does not apply.
+    // Having the capability CAP_IPC_LOCK does not prove this, because it may be valid only in a user namespace.
     let nothing = Rlimit { current: Some(0), maximum: limit.maximum };
     setrlimit(Resource::Memlock, nothing).map_err(|why| why.to_string())?;
     let locked = all();

@@ -196,7 +196,7 @@ impl Report {
     fn log_change(&mut self, cycle: &Snapshot) {
         let status = &cycle.status;
         if matches!(status.reconfiguration, Reconfiguration::Searching(_)) {
-            // The result of the search, and with it the text about the stall, will be known in a moment.
+            // Wait for the result of the search, because the text about the stall depends on it.
             return;
         }
         if status.state != self.state {
@@ -226,7 +226,7 @@ impl Report {
             }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
-        // After an arrival, a change of the law or a goal that moves with its frame does not count as another arrival.
+        // Once the arm has arrived, do not log another arrival after a change of the law, or when the goal moves with its frame.
         self.arrival =
             status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }

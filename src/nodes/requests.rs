@@ -33,7 +33,7 @@ impl Reply {
         }
     }
 
-    /// Replies with the text of a result, or with the reason why there is none.
+    /// Replies with the text of a result, or with the reason why the request failed.
     pub fn say(self, result: Result<String, Rejection>) {
         let _ = self.0.send(result.map(Some));
     }
@@ -44,8 +44,9 @@ impl Reply {
     }
 }
 
-/// Sends the request that `make` creates, and waits up to `patience` until the cycle takes the request. Then returns a success with the
-/// text of its reply, or else with the message `done`. Otherwise returns a failure with the reason.
+/// Sends the request that `make` creates, and waits up to `patience` for the cycle's reply. If the cycle has taken the request,
+/// returns a success with the text of the reply, or with `done` if the reply has no text. Otherwise returns a failure with the
+/// reason.
 pub(super) async fn ask<R>(
     requests: &Sender<R>,
     make: impl FnOnce(Reply) -> R,

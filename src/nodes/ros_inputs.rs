@@ -103,7 +103,8 @@ pub(super) struct Sources {
     pub frames: Option<Frames>,
 }
 
-/// The stamp \[ns\] and the frame of the last accepted goal. The frame is empty if the goal was in the servo's own frame.
+/// The stamp \[ns\] and the frame of the last accepted goal. The frame is empty if the goal was in the frame in which the servo
+/// takes goals.
 #[derive(Default)]
 struct TakenFrame {
     stamp: i64,
@@ -209,7 +210,7 @@ impl RosInputs {
         self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
     }
 
-    /// Returns the publisher of the message that made the request; `None` if the request was a call of a service.
+    /// Returns the publisher of the message that requested the motion; `None` if a service call requested it.
     pub fn asker(&self, by: Requester) -> Option<EndpointId> {
         match by {
             Requester::Goal(number) => self.goal_senders.publisher(number),
@@ -218,8 +219,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the frame in which the goal with this stamp \[ns\] was sent: the frame of the last goal from another frame, if that
-    /// goal has this stamp; otherwise the servo's own frame.
+    /// Returns the frame of the goal with this stamp \[ns\]. If the last accepted goal has this stamp and came in another frame,
+    /// returns that frame. Otherwise returns the servo's own frame.
     pub fn frame_of(&self, stamp: i64) -> &str {
         let taken = &self.taken_frame;
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
@@ -251,7 +252,8 @@ impl RosInputs {
             return Step::Gone(Ok(()));
         }
         let command = fastest(servo.command()).unwrap_or(0.0);
-        // Use the speeds only if all arms reported them. An arm that was never heard counts as standing still.
+        // Use the speeds only if all arms reported them. If some arm never sent a joint state, this servo has moved no arm: the
+        // speed is 0.
         let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed.fastest).collect();
         let never_heard = servo.pose().is_none().then_some(0.0);
         let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
@@ -462,7 +464,7 @@ impl RosInputs {
             let reading = match joint_goal_reading(goal, joints, positions) {
                 Ok(reading) => JointGoalReading { sent, ..reading },
                 Err(why) => {
-                    // The publisher counts as heard.
+                    // Count the publisher as a publisher of goals, although its goal is rejected.
                     let _ = record.take(servo, Event::Waits(sent));
                     return rejected.refuse(servo, stamp, sent.by, why);
                 }

@@ -44,7 +44,8 @@ impl Searcher {
             self.here = Some(search);
         }
         if let Some(search) = self.here.take_if(|search| servo.ask(search)) {
-            // The channel has room for the only search. If the thread has ended, the servo detects that no answer comes.
+            // Sending cannot block: there is only one search, and the channel holds one. If the thread has ended, the servo detects
+            // that no answer comes.
             let _ = self.questions.try_send(search);
         }
     }

@@ -26,10 +26,10 @@ const MOST_DRIFT: f64 = 1e8;
 const APART: Duration = Duration::from_millis(100);
 const JITTER: i64 = 50_000_000;
 
-/// The longest time from the creation of a publisher to its discovery \[ns\].
+/// The longest time from the creation of a publisher until this node discovers it \[ns\].
 const FOUND: i64 = 300_000_000;
 
-/// What is known about a sender's clock.
+/// The estimate of how far a sender's clock differs from the clock of this host.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SenderClock {
     fastest: Option<Arrival>,
@@ -46,8 +46,9 @@ struct Arrival {
 }
 
 impl SenderClock {
-    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. If the publisher was discovered while this
-    /// node was running, `found` returns for how long the publisher has been known \[ns\]. No message can be older than that time.
+    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. `found` returns the time since this node
+    /// discovered the publisher \[ns\]; `None` if the publisher may be older than this node. No message can be older than its
+    /// publisher.
     pub fn age(&mut self, offset: i64, now: Duration, found: impl FnOnce() -> Option<i64>) -> Duration {
         let none = self.fastest_by(now).unwrap_or(0);
         if offset <= none {

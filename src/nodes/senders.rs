@@ -6,7 +6,7 @@ use dq_messages::messages::Time;
 use dq_ros::ros::{EndpointId, Origin};
 use std::time::Duration;
 
-/// The number of publishers that are remembered. The publisher that was silent longest is forgotten first.
+/// The largest number of publishers that are remembered. The publisher that was silent longest is forgotten first.
 const MOST: usize = 16;
 
 /// The start of a cycle, by the cycle's own clock and by the clock of this host \[ns since 1970\].
@@ -32,7 +32,7 @@ struct Sender {
 /// Publishers, numbered in the order of their first messages.
 #[derive(Default)]
 pub(super) struct Senders {
-    /// The publishers. The one that was heard last is at the end.
+    /// The publishers, in the order of their last messages. The publisher of the latest message is at the end.
     known: Vec<Sender>,
     count: u32,
 }

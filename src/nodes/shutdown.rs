@@ -1,5 +1,5 @@
-//! The shutdown of a servo node. The steps are: stop requested → the arm decelerates → it is at rest → final zeros until the robot stands
-//! still → ended. Each step has a deadline.
+//! The shutdown of a servo node. After the request to stop, the arm decelerates until it is at rest. Then the node sends zeros
+//! until the robot stands still, and ends. Each step has a deadline.
 
 use dq_kinematics::arm::JointKind;
 use std::time::Duration;

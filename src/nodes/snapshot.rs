@@ -89,13 +89,14 @@ pub(super) struct Snapshot {
     pub due: Due,
     /// The time of the joint states in use.
     pub stamp: Time,
-    /// The controlled pose; `None` until every arm was heard.
+    /// The controlled pose; `None` until every arm has sent a joint state.
     pub pose: Option<UnitDualQuaternion>,
     pub status: Status,
     /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// The law's rate and the largest stable rate; `None` if both were already reported since the last change of the settings.
+    /// The law's rate and the largest stable rate [1/s]; `None` if the report already got both since the last change of the
+    /// settings.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,
@@ -106,13 +107,13 @@ pub(super) struct Snapshot {
     pub timing: TimingFigures,
     /// The two publishers in conflict, if a conflict is the reason for the state.
     pub rivals: [Option<EndpointId>; 2],
-    /// The publisher of the last request, if that request was a message.
+    /// The publisher of the message that made the last request; `None` if a service call made it.
     pub asker: Option<EndpointId>,
     /// The number of the arm that has been silent longest.
     pub quietest: usize,
 }
 
-/// The end of the queue into which the cycle puts snapshots.
+/// The sending end of the queue of snapshots, which the cycle owns.
 pub(super) struct Snapshots {
     queue: SyncSender<Snapshot>,
     last: Option<Changes>,
@@ -135,7 +136,7 @@ struct Changes {
     configurations: u64,
 }
 
-/// The report has ended, which happens only by a panic.
+/// The error that the report's thread has ended. This happens only by a panic.
 #[derive(Debug)]
 pub(super) struct ReportEnded;
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// Lets something happen at once, and then at most once per interval.
+/// Allows an action at once, and then at most once per interval.
 #[derive(Clone, Debug)]
 pub(super) struct Throttle {
     interval: Duration,

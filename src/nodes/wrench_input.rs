@@ -23,7 +23,8 @@ pub(super) struct WrenchInput {
     clock: Clock,
     /// The frames in which a wrench needs no lookup: the tool's and the base's.
     own: [String; 2],
-    /// The frame of the last wrench in another frame, and where TF has it; `None` until TF has answered.
+    /// The sensor's frame in the last wrench, if it was neither of `own`, and its pose according to TF; `None` until TF has
+    /// answered.
     found: (String, Option<SensorFrame>),
     asks: Throttle,
 }
@@ -55,7 +56,8 @@ impl WrenchInput {
         self.senders.publisher(number)
     }
 
-    /// Gives the servo every wrench. Asks TF for the frame of a sensor that is in neither of the servo's own frames.
+    /// Passes every received wrench to the servo. Asks TF for the frame of the sensor, unless it is the tool frame or the base
+    /// frame.
     pub fn feed(
         &mut self,
         servo: &mut Servo,

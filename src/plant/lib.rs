@@ -48,7 +48,7 @@ pub enum CommandError {
     },
 }
 
-/// A simulated arm. Its joints follow commands at once, except for the latency and lag of its [`Realism`].
+/// A simulated arm. Its joints follow commands at once, except for the latency and the time constant of its [`Realism`].
 ///
 /// An arm that follows velocity commands stops if no new command arrives within its command timeout. An arm that follows position
 /// commands stops at the commanded positions.
@@ -64,14 +64,15 @@ pub struct Plant {
     /// The commands that have not taken effect yet, each with the time at which it takes effect.
     under_way: VecDeque<(Duration, Command)>,
     sensor: Sensor,
-    /// The time of the last step.
+    /// The time of the last step; `None` before the first step.
     moved: Option<Duration>,
-    /// Position commands received before this time are ignored.
+    /// The arm ignores position commands that it receives before this time.
     deaf_until: Duration,
     command_timeout: Duration,
 }
 
-/// The longest time from when a controller receives a joint state until the plant receives the command that depends on this state.
+/// An upper bound for the time in which a controller reacts to a joint state: from its reception until the plant receives the
+/// command that depends on it.
 const REACTION: Duration = Duration::from_millis(100);
 
 /// A valid command.
@@ -81,7 +82,7 @@ enum Command {
     Positions(Target),
 }
 
-/// The positions that the joints should reach, and the time of their arrival.
+/// The positions that the joints should reach, and the time at which they should reach them.
 #[derive(Clone, Debug, PartialEq)]
 struct Target {
     positions: Vec<f64>,
@@ -146,7 +147,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Applies the commands that take effect by `now`.
+    /// Makes the commands that take effect by `now` the present ones.
     fn obey(&mut self, now: Duration) {
         while let Some((at, _)) = self.under_way.front().filter(|(at, _)| *at <= now) {
             let at = *at;
@@ -211,12 +212,12 @@ impl Plant {
             *position = if left.is_zero() { *wanted } else { *position + way };
             *velocity = rate * way;
         }
-        // Without a target, the next step sets the velocities to zero again.
+        // If the arm has arrived, drop the target. The next step then sets the velocities to zero.
         self.target = (!left.is_zero()).then_some(target);
     }
 
-    /// Returns the arm to its initial positions, at rest. For a moment, ignores position commands that a controller sent before it
-    /// could see the reset. Otherwise a servo at rest, which sends the same positions all the time, would move the arm back.
+    /// Returns the arm to its initial positions, at rest. Then ignores position commands until a controller can have seen the
+    /// reset. Otherwise a servo at rest, which repeats its last positions, would move the arm back.
     pub fn reset(&mut self) {
         let now = self.moved.unwrap_or_default();
         self.deaf_until = now + self.realism.state_interval + self.realism.state_latency + REACTION;
@@ -238,7 +239,8 @@ impl Plant {
         &self.velocities
     }
 
-    /// Returns the newest joint state if the robot publishes one at `now`. `noise` returns numbers from −1 to 1.
+    /// Returns the newest joint state that the robot publishes at `now`; `None` if it publishes none. `noise` returns random
+    /// numbers from −1 to 1.
     pub fn measure(&mut self, now: Duration, noise: impl FnMut() -> f64) -> Option<Measured> {
         self.sensor.measure(now, &self.realism, (&self.positions, &self.velocities), noise)
     }

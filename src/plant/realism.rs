@@ -1,4 +1,5 @@
-//! The differences between real robots and an ideal arm: latency, noise, encoder resolution and lag.
+//! The differences between real robots and an ideal arm: latency, noise, encoder resolution, and joints that follow with a time
+//! constant.
 
 use dq_params::Parameters;
 use std::collections::VecDeque;
@@ -65,9 +66,11 @@ impl Sensor {
         (positions, velocities): (&[f64], &[f64]),
         mut noise: impl FnMut() -> f64,
     ) -> Option<Measured> {
-        // If the next measurement is later than the interval allows, it was planned when the interval was longer.
+        // If the interval was shortened, the next measurement may still be planned for later than one new interval from now. Then
+        // measure at once.
         if now >= self.next || self.next.saturating_sub(now) > realism.state_interval {
-            // Measurements stay on a grid, so that slightly late steps do not lower the rate. Missed measurements are left out.
+            // Keep the measurements at whole multiples of the interval, so that slightly late steps do not lower the rate. Missed
+            // measurements are left out.
             let next = self.next.min(now) + realism.state_interval;
             self.next = if next > now { next } else { now + realism.state_interval };
             let measured = |position: &f64| realism.measured(*position, noise());

@@ -16,7 +16,7 @@ use pyo3::types::PyTuple;
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Chain {
     pub chain: arm::Chain,
-    /// The static method that made the chain, and the arguments of that call. Pickling stores both.
+    /// The static method that created the chain, such as `from_dh`, and its arguments. Pickling stores both.
     made: (&'static str, Py<PyTuple>),
 }
 
@@ -34,7 +34,7 @@ impl Chain {
         Self::made(arm::Chain::for_arm(name).map_err(wrong)?, "builtin", (name,).into_pyobject(py)?)
     }
 
-    /// Creates a chain from rows (alpha, a, d, theta_offset) of revolute joints, base first.
+    /// Creates a chain from rows (alpha [rad], a [m], d [m], theta_offset [rad]) of revolute joints, base first.
     #[staticmethod]
     #[pyo3(signature = (table, convention = "modified_dh"))]
     fn from_dh(py: Python<'_>, table: Rows<'_>, convention: &str) -> PyResult<Self> {
@@ -67,12 +67,12 @@ impl Chain {
         self.chain.joint_count()
     }
 
-    /// Returns the tool pose in the base frame (eq. 14).
+    /// Returns the tool pose in the base frame (eq. 14) at joint positions `theta` [rad, prismatic: m].
     fn forward_kinematics(&self, theta: Numbers<'_>) -> PyResult<Pose> {
         self.chain.forward_kinematics(&slice(&theta)).map(Pose).map_err(wrong)
     }
 
-    /// Returns the pose of each link's frame. The frame moves with the link's joint, and its z axis is the axis of the joint.
+    /// Returns the pose of each link's frame in the base frame. The frame moves with the link, and its z axis is the joint's axis.
     fn link_poses(&self, theta: Numbers<'_>) -> PyResult<Vec<Pose>> {
         let poses = self.chain.link_poses(&slice(&theta)).map_err(wrong)?;
         Ok(poses.into_iter().map(Pose).collect())
@@ -163,8 +163,8 @@ impl Chain {
         Ok(state)
     }
 
-    /// Returns the numbers of a table, row by row, with one row per configuration in `thetas`. `add` appends the `width` numbers of a
-    /// row.
+    /// Returns the numbers of a table, row by row. The table has one row for each configuration in `thetas`. `add` computes the `width`
+    /// numbers of a row and appends them.
     fn each(
         &self,
         py: Python<'_>,

@@ -43,8 +43,8 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// Returns the gain at which the law settles as fast as logc at 2 1/s on this arm: their median settling times are equal, over tasks
-/// that no comparison uses.
+/// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
+/// equal on tasks that no comparison uses.
 ///
 /// Raises a ValueError if the law settles in less than half of the tasks at every gain.
 #[pyfunction]

@@ -15,7 +15,7 @@ pub(super) struct Joints {
     pub names: Vec<String>,
 }
 
-/// A joint goal from Python: positions by name, or of all joints.
+/// A joint goal from Python \[rad, prismatic: m\]: positions by joint name, or of all joints in their order.
 #[derive(FromPyObject)]
 pub(super) enum JointGoal<'py> {
     Named(HashMap<String, f64>),

@@ -80,13 +80,13 @@ impl Law {
         }
     }
 
-    /// The name of the law; your own law is called own.
+    /// The name of the law. The name of your own law is `own`.
     #[getter]
     fn name(&self) -> &'static str {
         self.controller.law.name()
     }
 
-    /// The gains, one or two.
+    /// The gains of the law: one number, or two numbers if the law has two gains.
     #[getter]
     pub(super) fn gains(&self) -> Vec<f64> {
         let law = self.controller.law;
@@ -95,7 +95,7 @@ impl Law {
 
     /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts.
     ///
-    /// A law with a memory is asked as if the motion began now. Use `Servo` for its whole motion.
+    /// For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion.
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -144,7 +144,7 @@ impl Law {
         table(py, numbers.map_err(|why: String| wrong(why))?, joints)
     }
 
-    /// Returns gain times error: the twist (angular, linear) with which a free tool would move.
+    /// Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm.
     fn twist<'py>(&self, py: Python<'py>, tool_from_goal: &Pose) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let twist = self.controller.body_twist(&tool_from_goal.0.inverse());
         self.check()?;

@@ -16,11 +16,12 @@ use std::sync::{Mutex, PoisonError};
 /// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
 /// tool to the goal at gain 1.
 ///
-/// Controllers refer to laws that live as long as the program. So this part, some 100 bytes, is never freed; the object is, by [`Owned`].
+/// A controller refers to laws by `'static` references. So an `OwnLaw` (some 100 bytes) is never freed. But [`Owned`] frees the
+/// Python object in it.
 pub(super) struct OwnLaw {
     /// The function or object; `None` once its last user is gone.
     law: Mutex<Option<Py<PyAny>>>,
-    /// How many numbers the law remembers; `None` for a function.
+    /// The number of values that an object remembers during a motion; `None` for a function.
     memory: Option<usize>,
     map: Map,
     /// The first exception that Python raised, until [`Self::check`] raises it in the caller.
@@ -90,7 +91,7 @@ impl OwnLaw {
     }
 }
 
-/// An own law in use. Frees the Python object when the last user drops it.
+/// The owner of a law that the user wrote. When the last user drops it, it frees the Python object.
 pub(super) struct Owned(&'static OwnLaw);
 
 impl Owned {
@@ -107,7 +108,7 @@ impl Owned {
 impl Drop for Owned {
     fn drop(&mut self) {
         let law = self.0.law.lock().unwrap_or_else(PoisonError::into_inner).take();
-        // What Python does as it frees the object must not find the lock held.
+        // The lock is released here. Freeing the object may run Python code that takes the lock.
         drop(law);
     }
 }

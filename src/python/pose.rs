@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 /// A 3×3 matrix `R` can be a rotation only if each element of `RᵀR` differs from the identity's by less than this.
 const ORTHOGONAL: f64 = 1e-6;
 
-/// A pose as a unit dual quaternion: `a * b` and `a @ b` compose two poses, `-a` is the same pose with the other sign.
+/// A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with the other sign.
 #[pyclass(frozen, eq, module = "dq_servo", from_py_object)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pose(pub UnitDualQuaternion);
@@ -75,7 +75,7 @@ impl Pose {
         Self::checked(UnitDualQuaternion::half_exp(&Vector6::from(exactly(&log, "the logarithm")?)))
     }
 
-    /// The translation [m] in the base frame.
+    /// The translation x, y, z [m] in the base frame.
     #[getter]
     fn translation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, self.0.translation().as_slice())
@@ -137,7 +137,7 @@ impl Pose {
         Self(self.0 * right.0)
     }
 
-    /// Pickles the eight numbers, which come back without a change.
+    /// Pickles the eight numbers. Unpickling gives exactly the same numbers.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, ([f64; 8],))> {
         let numbers = slf.get().0.to_vector8().into();
         Ok((slf.get_type().getattr("from_dual_quaternion")?, (numbers,)))
@@ -154,13 +154,13 @@ impl Pose {
 }
 
 impl Pose {
-    /// Returns x y z \[m\], then qx qy qz qw, as a parameter has them.
+    /// Returns the numbers of a pose parameter: x y z \[m\], then qx qy qz qw.
     pub fn numbers(&self) -> Vec<f64> {
         let (at, turn) = (self.0.translation(), self.0.real());
         vec![at.x, at.y, at.z, turn.i, turn.j, turn.k, turn.w]
     }
 
-    /// Returns the pose if all its numbers are finite.
+    /// Returns `pose` if all its numbers are finite, otherwise a `ValueError`.
     fn checked(pose: UnitDualQuaternion) -> PyResult<Self> {
         match pose.to_vector8().iter().find(|number| !number.is_finite()) {
             Some(number) => Err(wrong(format!("a pose with {number}: expected finite numbers"))),

@@ -36,7 +36,7 @@ fn curve<'py, 'a>(
 
 #[pymethods]
 impl Run {
-    /// The name of the servo's node.
+    /// The name of the bag, followed by the servo's namespace unless this is `/`.
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
@@ -48,21 +48,21 @@ impl Run {
         self.0.joints.clone()
     }
 
-    /// Times, and N×n joint positions.
+    /// Times [s], and N×n joint positions [rad, prismatic: m].
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let points = self.0.samples.iter().map(|sample| (sample.time, sample.positions.as_slice()));
         curve(py, points, self.0.joints.len())
     }
 
-    /// Times, and N×n joint velocities.
+    /// Times [s], and N×n joint velocities [rad/s, prismatic: m/s].
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let points = self.0.samples.iter().map(|sample| (sample.time, sample.velocities.as_slice()));
         curve(py, points, self.0.joints.len())
     }
 
-    /// Times, and the N×8 dual quaternions of the controlled pose.
+    /// Times [s], and the controlled poses as N×8 dual quaternions.
     #[getter]
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let poses: Vec<_> =
@@ -70,7 +70,7 @@ impl Run {
         curve(py, poses.iter().map(|(time, pose)| (*time, pose.as_slice())), 8)
     }
 
-    /// Times, and the N×2 errors that the servo reported: distance [m] and angle [rad] to the goal.
+    /// Times [s], and the N×2 errors that the servo reported: distance [m] and angle [rad] to the goal.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Curve<'py>> {
         let errors: Vec<_> =
@@ -78,7 +78,7 @@ impl Run {
         curve(py, errors.iter().map(|(time, error)| (*time, error.as_slice())), 2)
     }
 
-    /// For each arm the times and the N×n commands: velocities if known, otherwise positions.
+    /// For each arm the times [s] and the N×n commands: velocities if the bag has them, otherwise positions.
     #[getter]
     fn commands<'py>(&self, py: Python<'py>) -> PyResult<Vec<Curve<'py>>> {
         let each = self.0.commands.iter().map(|arm| {
@@ -89,7 +89,7 @@ impl Run {
         each.collect()
     }
 
-    /// The laws, each with the time from which it was in force.
+    /// The laws, each with the time [s] from which it was in force.
     #[getter]
     fn laws(&self) -> Vec<(f64, String)> {
         self.0.laws.to_vec()

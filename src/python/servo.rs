@@ -30,7 +30,7 @@ pub(super) struct Servo {
     servo: servo::Servo,
     store: ParameterStore,
     kind: ServoKind,
-    /// The law in force if it is a Python function. No parameter can name such a law.
+    /// The law in force if the user wrote it in Python. No parameter can name such a law.
     own: Option<Law>,
     search: Box<Search>,
     joints: Joints,
@@ -69,14 +69,15 @@ impl Servo {
         Ok(Self { servo, store, kind, own, search, joints, joint_goal: None, now: Duration::ZERO })
     }
 
-    /// Sets the goal, which takes effect in the next cycle. Set a moving goal before each cycle.
+    /// Sets the goal, which takes effect in the next cycle. If the goal moves, call this method before each cycle.
     fn set_goal(&mut self, base_from_goal: &Pose) {
         self.joint_goal = None;
         self.servo.set_goal(base_from_goal.0);
     }
 
-    /// Sets a joint goal, which takes effect in the next cycle: positions by the names of `joints`, or of all joints. A joint that is
-    /// not named keeps its joint goal, or stays.
+    /// Sets a joint goal, which takes effect in the next cycle. `positions` [rad, prismatic: m] is a dict with names of `joints`,
+    /// or a list for all joints. A joint that the dict does not name keeps its previous joint goal; without one, it stays where it
+    /// is.
     fn set_joint_goal(&mut self, positions: JointGoal<'_>) -> PyResult<()> {
         self.joint_goal = Some(self.joints.positions(&positions)?);
         Ok(())
@@ -84,10 +85,10 @@ impl Servo {
 
     /// Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
     ///
-    /// `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
-    /// same clock as `now`. Without `stamp`, they were measured at `now`. Two arms have their joints one after the other.
-    /// `wrench` is the force [N] and the torque [N m] on the tool, six numbers in the tool frame, that was measured then and arrived since the
-    /// previous cycle, or None.
+    /// `positions` and `velocities` are the joint state that arrived since the previous cycle, or None. For two arms,
+    /// the joints of the left arm come first. `stamp` [s] is the time at which the joint state was measured, by the same clock as
+    /// `now`; by default it is `now`. `wrench` is the force [N] and the torque [N m] on the tool, measured at the same time: six
+    /// numbers in the tool frame. It is None if no wrench arrived since the previous cycle.
     #[pyo3(signature = (now, positions = None, velocities = None, *, stamp = None, wrench = None))]
     fn cycle<'py>(
         &mut self,
@@ -111,8 +112,8 @@ impl Servo {
         let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, Some(age)));
         let felt = wrench.map_or(Ok(true), |wrench| self.servo.take_wrench(&in_tool(wrench, age), self.now));
         let goal = self.servo.take_set_goal(self.now).and(self.take_joint_goal());
-        // This keeps the GIL. Releasing it for these microseconds was tried: two threads with a servo each went no faster, and beside a busy
-        // Python thread a cycle waited for the GIL, up to 24 ms instead of 0.05 ms.
+        // Do not release Python's global lock (GIL) for these microseconds. Measured with the lock released: two threads with a servo
+        // each were not faster, and next to a busy Python thread a cycle took up to 24 ms instead of 0.05 ms.
         self.servo.step(self.now);
         state.and(felt.map(drop)).and(goal).map_err(wrong)?;
         self.own.as_ref().map_or(Ok(()), Law::check)?;
@@ -134,17 +135,17 @@ impl Servo {
         self.servo.reconfigure(Duration::ZERO).map_err(wrong)
     }
 
-    /// Counts the present wrench as no contact, like `~/tare`.
+    /// From now on, counts the present wrench as no contact, like `~/tare`.
     fn tare(&mut self) {
         self.servo.tare();
     }
 
-    /// Begins to identify what hangs on the sensor, like `~/identify_load` with true.
+    /// Begins to identify the load that hangs on the sensor, like `~/identify_load` with true.
     fn identify_load(&mut self) {
         self.servo.identify_load();
     }
 
-    /// Ends the identification. Returns the mass [kg] and its center in the tool frame [m].
+    /// Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m].
     fn identified_load<'py>(&mut self, py: Python<'py>) -> PyResult<(f64, Bound<'py, PyArray1<f64>>)> {
         let Load { mass, center } = self.servo.identified_load().map_err(wrong)?;
         Ok((mass, array(py, center.as_slice())))
@@ -191,19 +192,19 @@ impl Servo {
         self.joints.names.clone()
     }
 
-    /// The state, such as tracking or settled.
+    /// The name of the servo's state, such as `tracking` or `settled`.
     #[getter]
     fn state(&self) -> &'static str {
         self.servo.status().state.name()
     }
 
-    /// The tool pose at the last joint positions; None before the first cycle.
+    /// The controlled pose at the last joint positions; None until `cycle` has received joint positions.
     #[getter]
     fn pose(&self) -> Option<Pose> {
         self.servo.pose().map(Pose)
     }
 
-    /// The last commanded joint velocities, even if the servo sends positions.
+    /// The last commanded joint velocities [rad/s, prismatic: m/s], even if the servo sends positions.
     #[getter]
     fn command<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, self.servo.command())

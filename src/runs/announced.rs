@@ -51,7 +51,8 @@ impl Announced {
         }
     }
 
-    /// Returns the parameters of a node. There is one entry per start of the node, in order.
+    /// Returns the parameters of a node, with one entry per start of the node, in order. The list is empty if the bag has no such
+    /// node.
     pub fn lives(&self, node: &str) -> &[AnnouncedParameters] {
         self.parameters.get(node).map_or(&[], Vec::as_slice)
     }
@@ -78,8 +79,8 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
     events
 }
 
-/// Sorts the messages into starts and changes. Each message has all parameters, and names the parameters that have changed since
-/// the previous message. A message in which no parameter has changed is from a start of the node.
+/// Groups the messages by node and by start of the node. Each message has all parameters, and names the parameters that have
+/// changed since the previous message. A message without changed parameters shows that the node has started.
 fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<AnnouncedParameters>> {
     let mut nodes = BTreeMap::<String, Vec<(AnnouncedParameters, Vec<Parameter>)>>::new();
     for event in states {
@@ -109,7 +110,7 @@ impl AnnouncedParameters {
         Self { since: start.stamp.nanoseconds(), initial: start.new_parameters, changes: Vec::new() }
     }
 
-    /// Returns the store with which the node started.
+    /// Returns a store with the parameters with which the node started. Leaves out parameters that this version does not have.
     pub fn initial(&self, kind: ServoKind) -> Result<ParameterStore, RunError> {
         let mut store = kind.store()?;
         for (name, value) in known(self.initial.clone(), &store)? {
@@ -118,7 +119,7 @@ impl AnnouncedParameters {
         Ok(store)
     }
 
-    /// Yields the announced parameters that `store` does not have. Such parameters show that the node was of another version of
+    /// Yields the announced parameters that `store` does not have. Such parameters show that the node was of another version than
     /// this program.
     pub fn unknown<'a>(&'a self, store: &'a ParameterStore) -> impl Iterator<Item = &'a str> {
         let names = self.initial.iter().map(|parameter| parameter.name.as_str());

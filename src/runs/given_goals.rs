@@ -1,4 +1,5 @@
-//! The motions of a controller that reports none: measured from the joint states, toward goals that the caller names.
+//! Measures the motions of an arm whose controller reports no motions. Uses the recorded joint states, and goals that the caller
+//! names.
 
 use super::run::MotionRow;
 use dq_algebra::UnitDualQuaternion;
@@ -39,7 +40,7 @@ pub(super) struct MeasuredMotions {
 /// A motion to one goal, or to the goals of a stream.
 struct MeasuredMotion {
     goal: UnitDualQuaternion,
-    /// When the last goal of the motion arrived \[s\].
+    /// The time of the last goal message of the motion \[s\].
     heard: f64,
     start: f64,
     meter: Option<MotionMeter>,
@@ -53,9 +54,9 @@ impl MeasuredMotions {
         Self { run: run.to_owned(), tolerance, current: None, ended: Vec::new(), last: None }
     }
 
-    /// Takes a goal that arrived at `time` \[s\]. Returns whether the goal begins a motion. Two kinds of goals do not: a goal that
-    /// equals the current goal within the tolerance, and a goal that arrived within [`STREAM`] of the last goal, as in a stream.
-    /// Such a goal becomes the goal of the current motion.
+    /// Processes a goal message that was recorded at `time` \[s\]. Returns true if the goal begins a new motion. Returns false if
+    /// the goal equals the current goal within the tolerance, or if it arrived within [`STREAM`] of the last goal message. In both
+    /// cases the goal becomes the goal of the current motion.
     pub fn take_goal(&mut self, time: f64, goal: UnitDualQuaternion) -> bool {
         if let Some(current) = &mut self.current {
             let [position, rotation] = current.goal.distances(&goal);

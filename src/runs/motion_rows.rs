@@ -25,13 +25,14 @@ impl MotionRows {
         Self { run: run.to_owned(), rows: Vec::new(), last: 0 }
     }
 
-    /// Notes that the servo was restarted and counts its motions from 1 again.
+    /// Expects that the next report has motion number 1, because the servo was restarted.
     pub fn start_over(&mut self) {
         self.last = 0;
     }
 
-    /// Adds a report that was recorded at `time` \[s\], counted from `origin` \[ns\]. If it is the first report of a motion,
-    /// returns when the motion began.
+    /// Processes a report that was recorded at `time` \[s\], counted from `origin` \[ns\]. If it is the first report of a motion,
+    /// adds a row, and returns when the motion began \[s\]. Otherwise updates the motion's row, and returns `None`. Also returns
+    /// `None` for a rejected goal.
     pub fn take(&mut self, time: f64, origin: i64, report: MotionReport) -> Option<f64> {
         let began = report.began.map_or(time, |began| (i128::from(began) - i128::from(origin)) as f64 * 1e-9);
         if report.outcome == Outcome::Rejected {

@@ -30,19 +30,19 @@ const LAWS: usize = 1 << 9;
 /// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].
 const LATE: f64 = 1.0;
 
-/// A time \[s\] that is shorter than any pause in which the servo sends nothing. The recorded times of a command and of its cycle differ
-/// by less than this time.
+/// A time \[s\] that is shorter than any pause in which the servo sends nothing. But it is longer than the difference between the
+/// recorded times of a command and of its cycle.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// The longest time between the start of a motion and the first joint state of its run \[s\].
 const LONGEST_START: f64 = 60.0;
 
-/// If two errors are farther apart in time than this \[s\], there was no goal between them.
+/// If the servo reports no pose error for longer than this \[s\], it had no goal during that time.
 const GAP: f64 = 0.5;
 
 /// Reads the messages of a run.
 pub(super) trait Reader {
-    /// Returns whether the topic belongs to the run.
+    /// Returns whether the run needs the messages of the topic.
     fn hears(&self, topic: &str) -> bool;
 
     /// Processes a message that was recorded at `time` \[s\], counted from `origin` \[ns\].
@@ -59,7 +59,7 @@ pub(super) struct RunReader {
     node: Option<String>,
     kind: ServoKind,
     parameters: ServoParameters,
-    /// The parameters that are announced later, with their times \[ns\]. The parameters that apply next are last in the list.
+    /// The announced parameters that have not taken effect yet, with their times \[ns\]. The earliest ones are at the end of the list.
     announced: Vec<(i64, ServoParameters)>,
     /// Whether each arm has reported a state since the start.
     heard: Vec<bool>,
@@ -67,11 +67,11 @@ pub(super) struct RunReader {
     fresh: Vec<bool>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The highest speed limit of each joint up to the present time [rad/s].
+    /// For each joint, the highest speed limit that was in force so far [rad/s, prismatic: m/s].
     fastest: Vec<f64>,
-    /// Checks the keep-outs, if constraints are on.
+    /// Checks for overlaps of the arm with keep-outs and with itself; `None` if constraints are off.
     gaps: Option<Gaps>,
-    /// Whether the tool has changed since the last sample.
+    /// Whether the parameters have changed the tool since the last sample.
     tool_changed: bool,
     law: Option<String>,
     state: Option<String>,
@@ -171,7 +171,7 @@ impl RunReader {
         }
     }
 
-    /// Takes the parameters that the servo announced at each of its starts.
+    /// Stores the parameters that the servo announced at each of its starts and later. They take effect at their times.
     pub fn announce(&mut self, lives: &[AnnouncedParameters]) -> Result<(), RunError> {
         for (number, life) in lives.iter().enumerate() {
             let mut store = life.initial(self.kind)?;
@@ -235,7 +235,8 @@ impl RunReader {
         self.parameters.joints.iter().flat_map(JointOrder::names).all(|name| names.insert(name))
     }
 
-    /// Reads a joint state of an arm from `message`. `measured` returns the time of a joint state with this stamp \[ns\].
+    /// Processes a joint state of arm number `arm`. `measured` converts the stamp of the joint state \[ns\] to the time of
+    /// measurement \[s\].
     fn take_joint_states(&mut self, measured: impl Fn(i64) -> f64, arm: usize, message: &BagMessage) {
         if let Ok(state) = message.decode::<JointState>() {
             self.take_joint_state(measured(state.header.stamp.nanoseconds()), arm, &state);
@@ -253,12 +254,13 @@ impl RunReader {
         if joints.positions(&state.name, &state.velocity, velocities).is_err() {
             velocities.fill(f64::NAN);
         }
-        // One state of each arm makes a sample. An arm that is silent for longer than the timeout does not delay the others.
+        // Add a sample once each arm has sent a joint state. An arm that is silent for longer than the timeout does not delay the
+        // samples.
         (self.fresh[arm], self.heard[arm]) = (true, true);
         let timeout = self.parameters.settings.state_timeout.as_secs_f64();
         let last = self.run.samples.last().map(|last| last.time);
         let due = last.is_some_and(|last| time - last > timeout) || self.fresh.iter().all(|fresh| *fresh);
-        // States that arrive too late are skipped.
+        // Joint states that are older than the last sample get no sample.
         if due && self.heard.iter().all(|heard| *heard) && last.is_none_or(|last| last < time) {
             self.fresh.fill(false);
             self.sample(time);
@@ -269,7 +271,7 @@ impl RunReader {
         let jumped = self.has_jumped(time);
         let ServoParameters { arms, settings, .. } = &mut self.parameters;
         arms.evaluate(&self.positions);
-        // After a jump, something else has moved the arm. The checks start again at its new position.
+        // The controller cannot have caused the jump. So check for overlaps from the new position on.
         if jumped {
             self.gaps = gaps(settings);
         }
@@ -291,8 +293,8 @@ impl RunReader {
         });
     }
 
-    /// Returns whether a joint moved farther since the last sample than the highest speed limit so far allows. A limit that was
-    /// just lowered does not count, because the joint is still braking.
+    /// Returns whether a joint has moved farther since the last sample than its highest speed limit so far allows. The highest
+    /// limit counts, because a joint may still brake after its limit was lowered.
     fn has_jumped(&self, time: f64) -> bool {
         let kinds = self.parameters.arms.joint_kinds();
         self.run.samples.last().is_some_and(|last| {
@@ -471,7 +473,8 @@ impl Reader for RunReader {
         };
         self.run.show_most();
         let shown = self.run.shown.clone();
-        // Times count from the first motion of the shown part. This motion may have begun before the part's first joint state.
+        // Let the times count from the first motion of the shown part. This motion may have begun before the first joint state of
+        // this part.
         let begins = self
             .run
             .motions

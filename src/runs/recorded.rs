@@ -28,7 +28,8 @@ const TYPES: [&str; 7] = [
 /// The type of the goals of a controller that reports no motions.
 const GOAL: &str = "geometry_msgs/msg/PoseStamped";
 
-/// The largest number of servos of one kind, and of arms without a known servo, that are drawn.
+/// The largest number of servos of each kind that are drawn. Also the largest number of topics with joint states that are searched
+/// for arms without a known servo.
 const MOST: usize = 64;
 
 /// The runs of a bag, and the parts that could not be read.
@@ -103,7 +104,7 @@ pub fn recorded_toward(
     Ok(Recorded { runs, warnings, losses })
 }
 
-/// Creates the error for a run that has no goal on `topic`. The error names the topics that have goals.
+/// Creates the error for a run without any goal on `topic`. The error names other topics of the bag that have the type of goals.
 fn no_goals(run: &str, topic: &str, announced: &Announced) -> RunError {
     let with_goals = announced.topics().iter().filter(|topic| topic.message == GOAL);
     let others: Vec<_> =
@@ -143,7 +144,7 @@ fn readers(
     Ok(readers)
 }
 
-/// Creates the reader of a servo, and adds its arms to `known`.
+/// Creates the reader of a servo. Adds the namespaces of the servo's joint states to `known`.
 fn of_servo(
     kind: ServoKind,
     node: &str,

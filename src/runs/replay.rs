@@ -48,7 +48,7 @@ pub struct Replayed {
     pub damaged: u64,
     /// The motions of the replay. Their times count from the first compared cycle \[s\].
     pub motions: Vec<MotionRow>,
-    /// The reason why no command was compared; `None` if at least one command was compared.
+    /// The reason why no command of this servo was compared; `None` if at least one command was compared.
     pub why_not: Option<String>,
 }
 
@@ -118,7 +118,7 @@ struct Replica {
     running: Option<Running>,
 }
 
-/// A servo that runs in the replay until a cycle is missing.
+/// The servo of the replay, with its parameters. It exists from a cycle with a saved state until a cycle is missing.
 struct Running {
     kind: ServoKind,
     store: ParameterStore,
@@ -129,7 +129,8 @@ struct Running {
 }
 
 impl Running {
-    /// Begins a replay at cycle `number`, if its events have a saved state.
+    /// Begins the replay at cycle number `number`. Returns `None` unless `events` begin with the servo's parameters and its saved
+    /// state.
     fn begin(number: u64, events: &[Recorded]) -> Result<Option<Self>, RunError> {
         let [Recorded::Begin(kind, all), Recorded::Saved(saved), ..] = events else { return Ok(None) };
         let mut store = kind.store()?;
@@ -145,7 +146,7 @@ impl Running {
 
     /// Gives the servo a recorded event.
     fn take(&mut self, recorded: &Recorded) -> Result<(), RunError> {
-        // Events that are rejected were rejected in the recording, too.
+        // Ignore the result: the recorded servo also rejected the events that this servo rejects.
         if let Recorded::Parameters(RecordedParameters { values, drawn }) = recorded {
             self.store = self.store.with(&bounded(values.clone())?)?;
             let settings = with_drawn(&self.kind.from_store(&self.store)?.settings, drawn)?;

@@ -24,20 +24,21 @@ pub struct RecordedRun {
     pub samples: Thinned<Sample>,
     /// The commands of each arm.
     pub commands: Vec<ArmCommands>,
-    /// The reported distances from the goal, with their times. NaN separates periods that have a goal.
+    /// The distances from the goal that the servo reported, with their times. An entry of NaN separates periods in which the servo
+    /// had a goal.
     pub errors: Thinned<(f64, GoalError)>,
-    /// The reported distances between the two nearest parts \[m\], with their times; NaN at times when no parts were near each
-    /// other.
+    /// The distances between the two nearest parts that the servo reported \[m\], with their times. NaN means that no parts were
+    /// near each other.
     pub clearances: Thinned<(f64, f64)>,
-    /// All keep-outs of the run, each with its first shape.
+    /// Every keep-out that the run ever had, with the shape that it had first.
     pub keep_outs: Vec<KeepOut>,
-    /// All keep-ins of the run, each with its first shape.
+    /// Every keep-in that the run ever had, with the shape that it had first.
     pub keep_ins: Vec<KeepOut>,
-    /// The first overlap of the arm with a keep-out or with itself, and its time. An overlap that exists from the start does not count.
+    /// The first overlap of the arm with a keep-out or with itself, and its time. Overlaps that exist from the start are ignored.
     pub inside: Option<(f64, Violation)>,
     /// The deviations of the cycles from their period \[ms\], with their times. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,
-    /// The changes of goal, law or state.
+    /// The times at which the goal, the law or the servo's state changed.
     pub changes: Thinned<Change>,
     /// The laws, with the times from which they were in force; empty if unknown.
     pub laws: Thinned<(f64, String)>,
@@ -122,7 +123,7 @@ impl RecordedRun {
         }
     }
 
-    /// Lets figures show the part of the run with the most joint states. Adds notes about the other parts.
+    /// Selects the part of the run with the most joint states for the figures. Adds a note about each other part.
     pub(super) fn show_most(&mut self) {
         let parts = parts(self.samples.iter().map(|sample| sample.time));
         let Some((shown, _)) = parts.iter().max_by_key(|(_, count)| *count).cloned() else { return };
@@ -174,7 +175,7 @@ pub struct Sample {
     pub velocities: Vec<f64>,
     /// The controlled pose.
     pub pose: UnitDualQuaternion,
-    /// Whether the robot or its tool jumped at this time, so that no path leads here from the previous sample.
+    /// Whether the robot or its tool jumped at this time. If so, no path is drawn from the previous sample to this one.
     pub jumped: bool,
     /// The smallest singular value of the controlled Jacobian.
     pub smallest_singular_value: f64,

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// The color of shapes that have no color of their own.
 const GREY: Rgb = [0.78, 0.8, 0.82];
 
-/// The size of the smallest detail, as a fraction of the arm's reach.
+/// Shapes are simplified to cells of this edge length, as a fraction of the arm's reach.
 const CELL: f64 = 1e-3;
 
 /// The largest number of triangles. Real robots have fewer. Further triangles are left out.
@@ -19,7 +19,8 @@ const MOST: usize = 1_000_000;
 
 /// The triangles of the arm, and the reasons why some shapes could not be read.
 pub(super) struct ArmShape {
-    /// The surfaces, by the number of the link that carries them. Links are counted from 1; 0 is the base.
+    /// The surfaces of each link. The index is the number of the link that they move with: 0 for the base, and 1 for the first link
+    /// that moves.
     surfaces: Vec<Surface>,
     /// The reasons why some shapes are missing.
     pub missing: Vec<String>,
@@ -34,7 +35,7 @@ pub(super) struct Model {
     pub frames: [String; 2],
     /// The arm that the page shows.
     pub chain: Chain,
-    /// The path of the file that the servo has read; `None` if the description came from elsewhere.
+    /// The path of the description's file, if the servo's parameters name one; `None` if the description came from elsewhere.
     pub file: Option<PathBuf>,
 }
 
@@ -44,8 +45,8 @@ impl ArmShape {
         let Model { text, frames: [base, tool], chain, file } = model;
         let description = Description::read(text, base, tool).ok()?;
         let links = description.places(chain).ok()?;
-        // If the text differs from the file, the description came from elsewhere. Then relative file names in the text do not refer
-        // to the file's folder.
+        // If the text differs from the file's content, the description did not come from that file. Then relative names of mesh
+        // files in the text do not refer to the file's folder.
         let read = |file: &&PathBuf| text_file::read(file, LONGEST_DESCRIPTION as u64);
         let file = file.as_ref().filter(|file| read(file).is_ok_and(|own| own == *text));
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);

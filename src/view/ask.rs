@@ -24,7 +24,7 @@ pub enum Ask {
         /// The quaternion x, y, z, w.
         orientation: [f64; 4],
     },
-    /// Move the tool for a moment.
+    /// Move the tool at this velocity until the servo's twist timeout has passed.
     Jog {
         /// The tool point's velocity along the axes of the goal frame [m/s].
         linear: [f64; 3],

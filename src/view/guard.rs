@@ -36,7 +36,7 @@ pub(super) struct Guest {
 pub(super) struct Guard {
     /// The name or address on which the server was asked to listen.
     name: String,
-    /// Whether the server listens on loopback only.
+    /// Whether the server accepts connections from this host only.
     loopback: bool,
     /// The token without which a browser is refused. It is necessary because other users of this host, and other hosts, can reach
     /// the server too.
@@ -57,7 +57,8 @@ impl Guard {
         &self.token
     }
 
-    /// Admits a browser with the token. The token is in the address of the link, or in the cookie of an earlier answer.
+    /// Checks a request. Returns the admitted browser if the request has the token. The token is in the address of the link, or in
+    /// the cookie that an earlier answer set.
     ///
     /// # Errors
     /// [`Refusal`] with the failed check.

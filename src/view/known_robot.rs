@@ -1,4 +1,4 @@
-//! The known state of the robot. Changes that arrive while the parameters are being read are not lost.
+//! The robot as far as the page knows it. Reading the parameters takes a while; changes that arrive meanwhile are not lost.
 
 use super::robot::Robot;
 use dq_messages::ParameterEvent;
@@ -11,8 +11,8 @@ const MOST_CHANGES: usize = 1000;
 #[derive(Default)]
 pub(super) struct KnownRobot {
     robot: Option<Robot>,
-    /// The changes since the present reading began; `None` between readings. The changes are applied to the result of the reading,
-    /// because this result may be older.
+    /// The changes that arrived since the present reading began; `None` between readings. They are applied to the result of the
+    /// reading, because the result may be older than these changes.
     since: Option<Vec<ParameterEvent>>,
 }
 

@@ -5,8 +5,8 @@ use dq_messages::messages::Point;
 use dq_messages::visualization::{Marker, MarkerArray};
 use serde_json::{Value, json};
 
-/// Returns the JSON message that shows the markers. The message has the kind, pose and size \[m\] of each solid. It also has the
-/// corners of the triangles of hulls, and the two points of the nearest pair, if any.
+/// Returns the JSON message that shows the markers. It contains the kind, pose and size \[m\] of each solid, and the corners of the
+/// triangles of hulls. If there is a nearest pair, it also contains the two ends of the gap.
 pub(super) fn frame(drawn: &MarkerArray) -> String {
     let of = |ns: &'static str| drawn.markers.iter().filter(move |marker| marker.ns == ns);
     let solids =

@@ -49,7 +49,7 @@ struct Shared {
     names: Resolver,
     goals: Publisher<PoseStamped>,
     twists: Publisher<TwistStamped>,
-    // This client is connected when the servo is first heard, so that a stop does not wait for other requests.
+    // This client is connected when the servo's first status arrives, so that a stop does not wait for other requests.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
     known: Mutex<KnownRobot>,
@@ -60,7 +60,7 @@ struct Shared {
     appeared: Notify,
 }
 
-/// The motion to the goal in force. A race repeats this motion.
+/// The motion to the goal in force. A race repeats this motion with two simulated arms.
 #[derive(Clone)]
 struct LastMotion {
     /// The joint positions when the motion began.
@@ -193,8 +193,8 @@ async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc
     }
 }
 
-/// Writes the shape of the arm from the servo's robot description. Does nothing for two arms, because the page then draws shapes of
-/// its own.
+/// Writes the shape of the arm from the servo's robot description. Does nothing for two arms, because for two arms the page draws
+/// simple shapes instead.
 async fn show_arm_shape(
     shared: Arc<Shared>,
     descriptions: Subscription<StringMessage>,
@@ -254,8 +254,8 @@ impl Shared {
         locked(&self.known)
     }
 
-    /// Returns whether the namespace has a servo for two arms, although this page is for one arm. Does not wait, so a servo that is
-    /// not yet discovered does not count.
+    /// Returns whether the namespace has a servo for two arms, although this page is for one arm. Returns false if discovery has
+    /// not found that servo yet.
     fn has_two_arms(&self) -> bool {
         if self.kind == ServoKind::TwoArms {
             return false;

@@ -65,7 +65,7 @@ impl Robot {
         self.entries.iter().find(|entry| entry.name == name)
     }
 
-    /// Applies the changes that the servo announced. Ignores invalid values.
+    /// Applies the changes of parameters that the servo announced. Ignores values that are invalid in this version.
     pub fn take(&mut self, event: &ParameterEvent) {
         for changed in &event.changed_parameters {
             let Some(value) = changed.value.clone().into_value() else { continue };
@@ -172,7 +172,8 @@ pub(super) fn units<'a>(arms: impl IntoIterator<Item = &'a Chain>) -> Vec<&'stat
     arms.into_iter().flat_map(Chain::kinds).map(|kind| kind.unit()).collect()
 }
 
-/// Converts the values to parameters of this version. Ignores unknown parameters: a servo of another version may have them.
+/// Converts the values to typed parameters. Ignores parameters that this version does not know: the servo may be of another
+/// version.
 fn typed(kind: ServoKind, values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
     let mut store = kind.store()?;
     for (name, value) in values {

@@ -33,7 +33,7 @@ const MOST_GUESTS: usize = 64;
 /// The largest number of sessions.
 const MOST_VIEWERS: usize = 32;
 
-/// A connection without the token is closed after this time, so that browsers with the token soon get a place. The time is long
+/// A connection without the token is closed after this time, so that it does not keep out browsers with the token. The time is long
 /// enough to retransmit a lost packet.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 
@@ -158,7 +158,8 @@ fn reachable(listening: IpAddr) -> IpAddr {
     if !listening.is_unspecified() {
         return listening;
     }
-    // Connecting sends nothing. It selects the local address from which this documentation address (RFC 5737) would be reached.
+    // Connecting a UDP socket sends nothing. It selects the address of this host from which packets to this documentation address
+    // (RFC 5737) would be sent.
     let outward = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).and_then(|socket| {
         socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
         socket.local_addr()
@@ -166,7 +167,8 @@ fn reachable(listening: IpAddr) -> IpAddr {
     outward.map_or(Ipv4Addr::LOCALHOST.into(), |address| address.ip())
 }
 
-/// Answers the requests of a connection. The connection occupies `place` until the browser sends the token.
+/// Answers the requests of a connection. The connection occupies one of the places for connections without the token (`place`)
+/// until the browser sends the token.
 async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePermit) {
     let admitted = Arc::new(Notify::new());
     let service = TowerToHyperService::new(router(shared.clone(), admitted.clone()));

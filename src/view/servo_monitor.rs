@@ -136,7 +136,7 @@ impl ServoMonitor {
         self.motion.as_ref()
     }
 
-    /// Returns whether the servo was ever heard.
+    /// Returns whether a status of the servo has ever arrived.
     pub fn heard(&self) -> bool {
         self.status.is_some()
     }
@@ -146,12 +146,13 @@ impl ServoMonitor {
         self.status.as_ref().map(|status| &status.report)
     }
 
-    /// Returns the joint positions of all arms \[rad, prismatic: m\]; `None` until each arm was heard.
+    /// Returns the joint positions of all arms \[rad, prismatic: m\]; `None` until every arm has sent a joint state.
     pub fn positions(&self) -> Option<Vec<f64>> {
         self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.positions).copied().collect())
     }
 
-    /// Returns the joint velocities of the arms that report them [rad/s, prismatic: m/s]; `None` until each arm was heard.
+    /// Returns the joint velocities of the arms that report them [rad/s, prismatic: m/s]; `None` until every arm has sent a joint
+    /// state.
     fn velocities(&self) -> Option<Vec<f64>> {
         self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.velocities).copied().collect())
     }
@@ -160,7 +161,7 @@ impl ServoMonitor {
         self.arms.iter().map(Option::as_ref).collect()
     }
 
-    /// Returns whether the servo was heard recently.
+    /// Returns whether the servo's last status is younger than [`StatusReport::SILENCE`].
     pub fn alive(&self) -> bool {
         self.silence().is_some_and(|silence| silence <= StatusReport::SILENCE)
     }
@@ -235,7 +236,7 @@ impl ServoMonitor {
         }))
     }
 
-    /// Calls `of` for each arm with its joint positions, and returns the results; `None` until all arms were heard.
+    /// Calls `of` for each arm with its joint positions, and returns the results; `None` until every arm has sent a joint state.
     fn of_each<R>(
         &self,
         robot: Option<&Robot>,

@@ -22,7 +22,8 @@ pub(super) struct Corner {
 /// The number of sides with which cylinders and balls are drawn.
 const SIDES: usize = 32;
 
-/// Corners with equal keys count as one corner. A key has the corner's cell, its normal rounded to quarters, and its color.
+/// Two corners with equal keys are merged into one. A key consists of the corner's cell, its normal rounded to quarters, and its
+/// color.
 type CornerKey = ([i32; 3], [i8; 3], [u8; 3]);
 
 /// Triangles with shared corners.
@@ -127,8 +128,8 @@ fn triangle(mesh: &Mesh, face: [u32; 3]) -> Option<Triangle> {
     triangle.iter().all(is_finite).then_some(triangle)
 }
 
-/// A point of a profile: its position along z \[m\], its distance from the z axis \[m\], and its normal's components along z and
-/// away from the z axis.
+/// A point of a profile in the half-plane beside the z axis: its position along z \[m\], its distance from the z axis \[m\], and
+/// its normal as components along z and away from the z axis.
 type Meridian = (f64, f64, (f64, f64));
 
 /// Returns the surface that a profile sweeps when it turns about z.

@@ -24,7 +24,8 @@ impl WarningLog {
         Self { warn, state: Mutex::default() }
     }
 
-    /// Logs the warning. If another warning was logged less than a second ago, only counts this one.
+    /// Logs the warning. If another warning was logged less than a second ago, only counts the warning; the next one to be logged
+    /// states the count.
     pub fn add(&self, why: &str) {
         let unsaid = {
             // No code panics while it holds the lock.

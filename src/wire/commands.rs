@@ -4,7 +4,7 @@ use dq_core::servo::Interface;
 use dq_messages::messages::*;
 use std::time::Duration;
 
-/// The mark of a guard's commands. By this mark, guards and servos distinguish a guard's commands from those of a servo.
+/// The mark of a guard's commands. Guards and servos use it to distinguish the commands of a guard from those of a servo.
 const GUARD: &str = "guard";
 
 /// Returns the topic of the commands to an arm with this interface: the default topic of ros2_control's controller for the
@@ -17,7 +17,7 @@ pub fn command_topic(interface: Interface) -> &'static str {
     }
 }
 
-/// Evaluates `$expression`, in which `$Command` is the message type of the commands to an arm with the interface `$interface`.
+/// Evaluates `$expression`. In it, `$Command` is the message type of the commands to an arm with the interface `$interface`.
 #[macro_export]
 macro_rules! with_command {
     ($interface:expr, $Command:ident => $expression:expr) => {
@@ -36,15 +36,15 @@ macro_rules! with_command {
 
 /// A command to an arm. [`with_command`](crate::with_command) chooses the message type.
 pub trait Command: Message {
-    /// Creates a command of velocities [rad/s] or positions \[rad\], one for each of the `joints`. If the command is a
-    /// trajectory, it reaches the positions after `time`. Other commands ignore `time`.
+    /// Creates a command of velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], one for each of the `joints`. If
+    /// the command is a trajectory, it reaches the positions after `time`. Other commands ignore `time`.
     fn create(numbers: Vec<f64>, joints: &[String], time: Duration) -> Self;
 
     /// Overwrites the numbers of the command without allocating. The command keeps its length, so there must be as many numbers
     /// as before.
     fn rewrite(&mut self, numbers: &[f64]);
 
-    /// Returns the velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
+    /// Returns the velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
     /// Returns the numbers in the order of `joints`, and the time within which the arm should reach them. `None` for a trajectory

@@ -34,7 +34,7 @@ pub struct CycleRecord<'a> {
     pub output: Option<Vec<f64>>,
 }
 
-/// Values of parameters, and the live keep-outs.
+/// The values of some or all parameters, and all live keep-outs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordedParameters {
     /// The names and values.
@@ -66,7 +66,7 @@ impl Saved<'_> {
         put(&servo.saved(), bytes);
     }
 
-    /// Restores `servo` to this state. `None` if the state cannot be decoded.
+    /// Restores `servo` to this state. Returns `None` if the state cannot be decoded.
     pub fn restore(&self, servo: &mut Servo) -> Option<()> {
         servo.restore(&mut postcard::Deserializer::from_bytes(&self.0)).ok()
     }
@@ -81,7 +81,7 @@ pub enum Recorded<'a> {
     Begin(ServoKind, RecordedParameters),
     /// The state of the servo before the cycle.
     Saved(Saved<'a>),
-    /// Parameters were set.
+    /// Parameters were set. Contains the changed parameters and all live keep-outs.
     Parameters(RecordedParameters),
     /// A request to pause or to resume: [`Event::Pause`].
     Pause {
@@ -147,8 +147,8 @@ pub enum Recorded<'a> {
 }
 
 impl<'a> Recorded<'a> {
-    /// Converts an event of a servo with these joints. `None` for settings, which are recorded as [`Parameters`](Self::Parameters),
-    /// and for unusable messages, which change nothing.
+    /// Converts an event of a servo with these joints. Returns `None` for settings, because their parameters are recorded instead
+    /// as [`Parameters`](Self::Parameters). Also returns `None` for unusable messages, because they change nothing.
     pub fn of(event: &Event<'a>, joints: &[JointOrder]) -> Option<Self> {
         Some(match *event {
             Event::Pause { paused, ago } => Self::Pause { paused, ago },
@@ -185,8 +185,8 @@ impl<'a> Recorded<'a> {
         })
     }
 
-    /// Returns the event for a servo with these joints. `None` for parameters and saved states, and for an arm that the servo does
-    /// not have.
+    /// Returns the event to pass to a servo with these joints. Returns `None` for parameters and saved states, which are not events
+    /// of the servo, and for an arm that the servo does not have.
     pub fn event(&self, joints: &'a [JointOrder]) -> Option<Event<'_>> {
         let has = |arm: &usize| *arm < joints.len();
         Some(match self {
@@ -267,7 +267,7 @@ impl<'a> CycleRecord<'a> {
         put(&(None::<()>, output), record);
     }
 
-    /// Reads the cycles of a message. `None` if the message is damaged, of another version, or too long.
+    /// Reads all cycles of a message on `~/events`. Returns `None` if the message is damaged, of another version, or too long.
     pub fn read_all(mut record: &'a [u8]) -> Option<Vec<Self>> {
         if record.len() > LONGEST {
             return None;

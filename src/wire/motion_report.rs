@@ -21,7 +21,7 @@ named! {
         Arrived = "arrived",
         /// The motion has stalled. It continues if something changes.
         Stalled = "stalled",
-        /// Another goal replaced the motion's goal before the motion ended.
+        /// The motion's goal was replaced by another goal before the motion ended.
         Replaced = "replaced",
         /// Consent was revoked before the motion ended.
         Revoked = "revoked",
@@ -42,7 +42,7 @@ pub struct MotionReport {
     /// The goal in the base frame (for two arms, in the left tool's frame): x y z \[m\], then qx qy qz qw. `None` for a rejected
     /// goal.
     pub goal: Option<PoseNumbers>,
-    /// The frame of the goal's message; empty for a rejected goal.
+    /// The frame in which the goal's message gave the pose; empty for a rejected goal.
     pub goal_frame: String,
     /// The stamp of the goal's message.
     pub goal_stamp: String,
@@ -69,11 +69,11 @@ pub struct MotionReport {
     pub figures: Figures,
     /// The largest commanded speed of each joint, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
-    /// The lateness of the cycle during the motion.
+    /// How late the cycles woke during the motion.
     pub cycle_jitter: CycleJitter,
 }
 
-/// The data of a motion's report that are not in the [`Motion`].
+/// The data of a motion's report that the [`Motion`] does not contain.
 #[derive(Default)]
 pub struct MotionContext<'a> {
     /// The law of the motion.
@@ -88,7 +88,7 @@ pub struct MotionContext<'a> {
     pub asked_by: Option<&'a str>,
     /// When the motion began; `None` if unknown.
     pub began: Option<&'a Time>,
-    /// The lateness of the cycle.
+    /// How late the cycles woke during the motion.
     pub cycle_jitter: CycleJitter,
 }
 

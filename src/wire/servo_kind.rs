@@ -17,10 +17,10 @@ pub enum ServoKind {
     TwoArms,
 }
 
-/// The name that replaces the name of a law in the report of a motion to a joint goal.
+/// In the report of a motion to a joint goal, this name stands in place of the name of a law.
 const JOINT_LINE: &str = "joint_line";
 
-/// The names of the present law.
+/// The name of the law in force, and of the part of the pose that it controls.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LawNames {
     /// The name of the law; for two arms, the name of the Jacobian map.
@@ -28,7 +28,7 @@ pub struct LawNames {
     /// The name of the components of the pose that the law controls, such as `position`. `None` if the law controls the whole pose
     /// of one arm.
     pub aim: Option<&'static str>,
-    /// The key under which the status has `aim`.
+    /// The key of `aim` in the status message.
     pub aim_key: &'static str,
 }
 
@@ -81,7 +81,7 @@ impl ServoKind {
         }
     }
 
-    /// Returns the prefixes of the arms' topics, one for each arm.
+    /// Returns for each arm the prefix of its topics: `left/` and `right/`, or an empty prefix for a single arm.
     pub fn arms(self) -> &'static [&'static str] {
         match self {
             Self::OneArm => &[""],
@@ -142,8 +142,8 @@ impl ServoKind {
         }
     }
 
-    /// Returns the law and the gains of `motion`, as its report has them. On its way to a joint goal the arm follows no law, but the
-    /// joint line.
+    /// Returns the names of the law and the gains of `motion`, for its report. A motion to a joint goal has no law and no gains;
+    /// its name is that of the joint line.
     pub fn law_of(self, motion: &Motion) -> (LawNames, String) {
         if motion.by_joints {
             return (LawNames { law: JOINT_LINE, ..LawNames::default() }, String::new());

@@ -43,11 +43,11 @@ pub struct StatusReport {
     pub reconfiguration: Option<String>,
     /// The metrics of the motion; `None` until the first joint state.
     pub figures: Option<Figures>,
-    /// The lateness of the cycle since the motion began.
+    /// How late the cycles woke since the motion began.
     pub cycle_jitter: CycleJitter,
 }
 
-/// The lateness of the cycle \[µs\].
+/// How late the cycles of the servo woke \[µs\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CycleJitter {
     /// The lateness that 99 % of the cycles do not exceed.
@@ -68,7 +68,7 @@ impl CycleJitter {
         values.add("cycle_jitter_max_us", self.max);
     }
 
-    /// Reads the lateness. `number` returns the number for a key of the status.
+    /// Reads both numbers from a status. `number` returns the number for a key; a missing number counts as 0.
     pub(crate) fn from_named(number: impl Fn(&str) -> Option<f64>) -> Self {
         let amount = |key| number(key).unwrap_or_default();
         Self { p99: amount("cycle_jitter_p99_us"), max: amount("cycle_jitter_max_us") }
@@ -183,8 +183,8 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Returns whether there is consent, who last requested motion, and what last revoked consent. The latter two come with the
-    /// time since then \[s\].
+    /// Returns key-value pairs about consent: whether there is consent, who last requested motion, and what last revoked consent.
+    /// The last two pairs come with the time since the event \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);

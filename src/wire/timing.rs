@@ -10,7 +10,7 @@ pub struct CycleTiming {
     overruns: u64,
 }
 
-/// The distribution of a time.
+/// The quantiles and the maximum of a duration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpreadFigures {
     /// The median. Like the two quantiles below, it may be up to 1 % too long.
@@ -23,7 +23,7 @@ pub struct SpreadFigures {
     pub max: Duration,
 }
 
-/// The distributions and the count of a [`CycleTiming`], as numbers.
+/// The quantiles and the count of a [`CycleTiming`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimingFigures {
     /// The lateness of the wake-ups.
@@ -104,7 +104,8 @@ impl Spread {
         SpreadFigures { median, p99, p999, max: self.max }
     }
 
-    /// Returns the quantiles at the fractions `parts`, which must be in ascending order.
+    /// Returns the quantile for each of the fractions `parts` (from 0 to 1), which must be in ascending order. 0.5 gives the
+    /// median.
     fn quantiles<const N: usize>(&self, parts: [f64; N]) -> [Duration; N] {
         let (mut seen, mut bins) = (0, self.bins.iter().enumerate());
         let mut end = Duration::ZERO;

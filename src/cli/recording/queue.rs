@@ -101,7 +101,7 @@ impl WritingThread {
         let (tell, failure) = watch::channel(None);
         let sink = Sink { bag, topics: HashMap::new(), counts: counts.clone() };
         let run = move || {
-            // At this point `run` has ended the receiving, so that nobody who hears of the error can queue more messages.
+            // The error is published only after `run` has closed the queue. So nobody who reads the error can queue more messages.
             sink.run(receiver)
                 .inspect_err(|why| drop(tell.send_replace(Some(why.to_string()))))
                 .map_err(RecordingError::from)

@@ -56,13 +56,14 @@ impl Recorder {
         self.queue.progress()
     }
 
-    /// Returns the topics that are already being recorded: those with a publisher.
+    /// Returns the topics that the recorder subscribes to and that have a publisher.
     pub fn topics(&self) -> BTreeSet<String> {
         self.recorded.borrow().clone()
     }
 
-    /// Waits up to `patience` until all these topics are recorded. Returns whether all of them are recorded. A publisher may
-    /// take some milliseconds more to discover the recorder. To lose no message, the publisher must wait for its readers.
+    /// Waits up to `patience` until the recorder subscribes to all these topics and each has a publisher. Returns whether this is
+    /// so. A publisher may take some milliseconds more to discover the recorder. A publisher that must lose no message waits for
+    /// its readers.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }
@@ -137,7 +138,7 @@ impl Delivery {
         })
     }
 
-    /// Returns the strictest QoS that both offer.
+    /// Returns the strictest QoS that both offer: reliable if both are reliable, and transient local if both are transient local.
     fn and(self, other: Self) -> Self {
         Self {
             reliable: self.reliable && other.reliable,
@@ -204,7 +205,7 @@ impl Watcher {
         }
     }
 
-    /// Notes that the topic has its first publisher. The publisher must offer the presumed QoS, so the subscription need not change.
+    /// Notes that the topic has its first publisher. The publisher must offer the presumed QoS, so the subscription stays as it is.
     fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
         if let Some(receiving) = self.receiving.get_mut(name) {
             receiving.delivery = Some(Delivery::PRESUMED);
@@ -278,7 +279,7 @@ impl Sequences {
     }
 }
 
-/// Reads messages from a subscription and queues them.
+/// Reads messages from one subscription and adds them to the queue of the writing thread.
 struct Receiver {
     topic: Arc<TopicRecord>,
     queue: Queue,

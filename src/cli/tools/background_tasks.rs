@@ -12,13 +12,13 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 use tokio::task::{JoinSet, spawn_blocking};
 
-/// Performs the requests until the page is closed.
+/// Performs the requests of one live page until the page is closed.
 pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
     show: watch::Sender<Arc<str>>,
-    /// The number of the last race. The numbers count up from the time at which this program started [ms since 1970], so they differ
-    /// from all numbers before a restart. A page that stays open then does not take a new race for an old one.
+    /// The number of the last race. The first number is the time at which this program started [ms since 1970]. So no number occurs
+    /// again after a restart, and a page that stays open does not take a new race for an old one.
     races: u64,
     /// The race that is running, if any.
     race: JoinSet<()>,

@@ -76,7 +76,7 @@ impl Demo {
             };
         }
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
-        // If the output is processed further, the page is not needed.
+        // If the user stores or processes the output, do not offer the page.
         let has_page = !self.dual && !self.json && self.record.is_none();
         let page = match &self.listen {
             Some(_) if self.dual => return Err(Usage("with --dual, --listen needs --view".to_owned()).into()),
@@ -106,7 +106,7 @@ struct Scene<'a> {
     joints: Vec<JointKind>,
 }
 
-/// The motions that a demo has made.
+/// The motions that a demo has made, and the kinds of the arms' joints.
 struct Played {
     motions: Vec<MotionReport>,
     joints: Vec<JointKind>,
@@ -184,7 +184,7 @@ fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> crate::cli::Re
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
     let (chain, papers) = (parameters.arms.chain(), papers_chain()?);
-    // The paper's arm with another tool is still the built-in arm.
+    // The paper's arm with another tool is still the built-in arm, so its plant is the built-in one.
     let mut bare = chain.clone();
     bare.set_tool_offset(papers.tool_offset());
     let is_builtin = !arm.is_some() && bare == papers;
@@ -286,7 +286,7 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
-/// Returns the table of the motions. A line below the table says how late the servo's cycles woke.
+/// Returns the table of the motions. A line below the table has the lateness of the servo's cycles.
 fn table(Played { motions, joints }: &Played) -> String {
     let mut table = table::motions(&["law"], joints, &[table::AT_GOAL]);
     for report in motions {
@@ -304,7 +304,8 @@ fn table(Played { motions, joints }: &Played) -> String {
     )
 }
 
-/// A cycle that woke up late by more than this [µs] has affected the motion. This is a quarter of the command timeout of the robot.
+/// If a cycle of the servo woke up later than this [µs], the delay has affected the motion. This is a quarter of the robot's
+/// command timeout.
 const BUSY: f64 = 25_000.0;
 
 /// Returns a note for a table whose cycles woke late by up to `latest` [µs].

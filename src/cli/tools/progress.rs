@@ -6,7 +6,7 @@ use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// The time between two lines.
+/// The time between two lines, if stderr is not a terminal.
 const PAUSE: Duration = Duration::from_secs(10);
 
 /// The progress of a task.

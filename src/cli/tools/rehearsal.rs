@@ -9,8 +9,8 @@ use std::time::Duration;
 /// The longest motion that is worth watching.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The goals to try, as fractions of the joints' path from the start to the farthest goal. The rehearsal uses the first goal that one
-/// law reaches and from which another law returns.
+/// The goals to try. Each number is a fraction of the joints' path from the start to the farthest goal. The rehearsal uses the
+/// first goal that one law reaches and from which another law returns.
 const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// Returns the law for the way back.
@@ -39,7 +39,8 @@ pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> crate::cli::
     Ok(beside)
 }
 
-/// Returns the joint positions at which an ideal arm settles at `goal`; `None` if the arm does not settle in time.
+/// Simulates an ideal arm under `law`. Returns the joint positions at which the arm settles at `goal`; `None` if the arm stalls or
+/// does not settle within [`PATIENCE`].
 fn end(
     parameters: &ServoParameters,
     law: Law,

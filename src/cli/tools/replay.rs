@@ -67,7 +67,7 @@ fn line(servo: &Replayed) -> String {
     judged + &skipped(servo)
 }
 
-/// Returns a text about the commands that were not compared, and the reasons.
+/// Returns a text about the commands that were not compared, with the reasons; empty if all were compared.
 fn skipped(servo: &Replayed) -> String {
     let Replayed { judged_s, not_judged, inputs_missing, repeated, damaged, .. } = servo;
     const SHOWN: usize = 5;

@@ -74,7 +74,7 @@ pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> 
 pub(super) fn figures(figures: &Figures) -> [String; 9] {
     let known =
         |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };
-    // The error of a component is exactly 0 from the start to the end only if the task leaves the component free.
+    // If the error of a component is exactly 0 from the start to the end, the task leaves this component free: print a dash.
     let controlled = |error: f64, settled: Option<f64>| match (error, settled) {
         (0.0, Some(0.0)) => (f64::NAN, None),
         other => other,

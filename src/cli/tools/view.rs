@@ -68,7 +68,7 @@ impl View {
         let runs = read_all(&self.bags, &self.arm.and(ros_args), None)?;
         let mut signals = Signals::new()?;
         let warn = |why: &str| dq_ros::stderr::line(format!("warning: {why}"));
-        // Keep the robot's end open. Otherwise sessions would have nothing to wait for.
+        // Keep the channel's other end. If it were dropped, the sessions of browsers would end.
         let (_robot, browsers) = dq_view::ends();
         let server = self.server(browsers, Some(dq_view::recorded_runs(&runs)), Box::new(warn)).await?;
         let page = Page::new(server, async |closed| drop(closed.await));

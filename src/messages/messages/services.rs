@@ -25,7 +25,7 @@ message! {
     }
 }
 service! {
-    /// A service that does one thing.
+    /// A service without an argument that performs one action.
     Trigger = "std_srvs/srv/Trigger" (TriggerRequest) -> SuccessResponse
 }
 service! {

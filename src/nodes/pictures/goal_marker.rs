@@ -57,8 +57,8 @@ impl GoalMarker {
         }
     }
 
-    /// Moves the marker to `pose`, which is the goal, or the tool if there is no goal. Returns the update to publish if the marker
-    /// moved.
+    /// Moves the marker to `pose`, which is the goal, or the tool if there is no goal. Does not move the marker while a user drags
+    /// it. Returns the update to publish if the marker moved.
     pub fn follow(&mut self, pose: &Pose, now: Duration) -> Option<InteractiveMarkerUpdate> {
         if now < self.held {
             return None;
@@ -82,8 +82,8 @@ impl GoalMarker {
         })
     }
 
-    /// Processes an action of a client's user. At the end of a drag, returns the pose and its header. A click without a drag has no
-    /// effect.
+    /// Processes an action of a client's user. At the end of a drag, returns the pose to which the marker was dragged, and the
+    /// header of the message. Otherwise returns `None`.
     pub fn take(&mut self, feedback: InteractiveMarkerFeedback, now: Duration) -> Option<(Header, Pose)> {
         let InteractiveMarkerFeedback { header, client_id, marker_name, event_type, pose, .. } = feedback;
         let is_other = now < self.held && self.hand.as_ref().is_some_and(|hand| *hand != client_id);

@@ -29,7 +29,7 @@ const PATH_WIDTH: f64 = 0.006;
 const SPACING: f64 = 0.06;
 const TURN_SPACING: f64 = 0.35;
 
-/// The data that are drawn at one time.
+/// The data that one picture shows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
     /// The time and the frame of the data.
@@ -44,12 +44,12 @@ pub(crate) struct Moment {
     pub law: &'static str,
     /// The scene, whose keep-outs and keep-ins are drawn.
     pub scene: Option<Arc<Scene>>,
-    /// The pair of parts that are closest to each other.
+    /// The two parts that are closest to each other: parts of the arm, or a part and a keep-out.
     pub closest: Option<ClosePair>,
 }
 
-/// Returns the markers of a moment and of the path that led to it. Their namespaces are `goal`, `tool`, `path`, `frames` (along the
-/// path) and `closest` (the nearest pair).
+/// Returns the markers of the tool and the goal in `moment`, and of the tool's path (`trace`). Their namespaces are `goal`, `tool`,
+/// `path`, `frames` (along the path) and `closest` (the nearest pair).
 pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     let marker = |ns: &str, kind, width, points: Vec<Point>, colors: Vec<ColorRGBA>| Marker {
         header: moment.header.clone(),

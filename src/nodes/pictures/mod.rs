@@ -1,6 +1,7 @@
 //! Pictures of a servo node for viewers: markers, the tool's path, and a goal that a user can drag.
 //!
-//! The cycle only puts a [`Moment`] into a slot. If the slot is being read, the cycle skips that moment instead of waiting.
+//! The cycle only stores the data to draw ([`Moment`]). It never waits: if another thread is reading the stored data, the cycle
+//! drops the new data.
 
 mod goal_marker;
 mod keep_outs;
@@ -29,12 +30,12 @@ const INTERVAL: Duration = Duration::from_millis(100);
 /// The interval between pictures of an arm at rest, for viewers that join late.
 const REST: Duration = Duration::from_secs(1);
 
-/// The slot into which the cycle puts the moment to draw.
+/// The data that the next picture shows. The cycle writes them, and the thread that draws reads them.
 #[derive(Clone, Default)]
 pub(super) struct MomentSlot(Arc<Mutex<Moment>>);
 
 impl MomentSlot {
-    /// Stores `moment`, so that it will be drawn, unless the slot is being read.
+    /// Stores `moment`, which the next picture shows. Drops `moment` if another thread is reading the slot.
     pub fn leave(&self, moment: Moment) {
         if let Ok(mut place) = self.0.try_lock() {
             *place = moment;
@@ -69,8 +70,8 @@ struct Pictures {
     log: Logger,
 }
 
-/// Publishes pictures of the moments in the returned slot until the node is dropped. If a user drags the goal, publishes the new goal
-/// like any other publisher of goals. `frame` is the frame of the goal.
+/// Publishes pictures of the data that the cycle stores in the returned slot, until the node is dropped. If a user drags the goal,
+/// publishes the new goal like any other publisher of goals. `frame` is the frame of the goal.
 ///
 /// # Errors
 /// [`RosError`].

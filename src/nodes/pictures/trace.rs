@@ -2,7 +2,8 @@
 
 use dq_messages::messages::{Point, Pose, Quaternion};
 
-/// Poses of a trace that are nearer to each other than this \[m, rad\] are merged. For a longer path, this distance grows.
+/// Poses of a trace that are nearer to each other than this \[m, rad\] are merged. In a long path, the distance is multiplied by
+/// `coarseness`.
 const STEP: f64 = 0.002;
 const TURN: f64 = 0.02;
 
@@ -10,7 +11,7 @@ const TURN: f64 = 0.02;
 const MOST: usize = 400;
 
 /// If the tool moves farther than this between two poses \[m\], the tool has jumped, for example because a simulated arm was reset.
-/// For a longer path, this distance grows.
+/// In a long path, the distance is multiplied by `coarseness`.
 const JUMP: f64 = 0.2;
 
 /// The path of the tool.

@@ -17,8 +17,8 @@ pub(crate) struct Unusable {
     pub why: String,
 }
 
-/// Checks the files in the folder `enclave`. The files have the names that sros2 gives them. Of the signed documents, this function
-/// checks only that they can be read; RustDDS verifies them.
+/// Checks the files in the folder `enclave`. The files have the names that sros2 gives them. This function checks only that the
+/// signed documents can be read; RustDDS verifies their signatures.
 ///
 /// # Errors
 /// [`Unusable`] for the first file that fails.

@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use thiserror::Error;
 
-/// The names of the two threads, shortened to the 15 bytes that the kernel stores.
+/// The names of RustDDS's two threads, shortened to the 15 bytes that the kernel stores.
 const NAMES: [&str; 2] = ["RustDDS discove", "RustDDS Partici"];
 
 /// The number of participants in this process. Each has one thread of each name.
@@ -78,7 +78,8 @@ pub(crate) fn end(why: NetworkEnd) {
     let _ = END.set(why);
 }
 
-/// Checks whether DDS still works in this process, by the `/proc` directories of the DDS threads.
+/// Checks whether DDS still works in this process. Contains the `/proc` directories of the DDS threads: a directory disappears when
+/// its thread ends.
 #[derive(Default)]
 pub struct NetworkWatch(Vec<PathBuf>);
 
@@ -106,7 +107,7 @@ impl NetworkWatch {
     /// Waits until DDS does not work any more.
     pub async fn ended() -> NetworkEnd {
         let mut watch = Self::default();
-        // One failed check does not count, because a thread gets its name a moment after its start.
+        // A single failed check is ignored, because a new thread gets its name shortly after its start.
         let mut missed = 0;
         loop {
             tokio::time::sleep(Duration::from_millis(100)).await;

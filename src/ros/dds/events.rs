@@ -127,7 +127,7 @@ impl Matches {
         }
     }
 
-    /// Warns once about a pair of endpoints that do not match. First waits a moment for the peer's name.
+    /// Warns once about a pair of endpoints that do not match. First waits up to a second for the peer's name.
     fn warn(&self, state: &mut State, pair: Pair, text: impl FnOnce(&str, &str) -> String + Send + 'static) {
         let Some(OwnEndpoint { topic, warn }) = state.own.get(&pair.ours).cloned() else { return };
         if state.incompatible.contains_key(&pair) {

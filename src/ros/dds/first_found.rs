@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 /// During this time after its start, this process cannot know whether a publisher that it discovers is older than the process.
 const START: Duration = Duration::from_secs(5);
 
-/// The number of publishers that are remembered, including publishers that were lost. A lost publisher that comes back keeps its
-/// age.
+/// The largest number of publishers that are remembered. Lost publishers are remembered too, so that a publisher that comes back
+/// keeps its age.
 const MOST: usize = 4096;
 
 /// The time at which each writer was first discovered.
@@ -29,7 +29,8 @@ impl FirstFound {
     /// Notes that `writer` exists.
     pub fn find(&mut self, writer: GUID) {
         if self.found.len() >= MOST && !self.found.contains_key(&writer) {
-            // The forgotten writers then count as writers that may be older than this process, which is the safe answer.
+            // Forget all publishers at once. Each of them then counts as possibly older than this process. This is safe: none of
+            // their old messages is taken for a new one.
             self.found.clear();
         }
         self.found.entry(writer).or_insert_with(Instant::now);

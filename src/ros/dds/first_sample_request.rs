@@ -5,9 +5,10 @@
 //! is the HEARTBEAT that would announce it again. RustDDS then acknowledges that nothing is missing. Fast DDS sends its next
 //! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal in the sample is lost.
 //!
-//! Therefore this module requests sample 1 a moment after the reader knows the writer. A writer ignores the request if it has not
-//! published yet, or if its first sample is older than the reader. If the sample has arrived without the request, it arrives twice
-//! and is taken once. Writers of other vendors need no request, because they answer the reader's first acknowledgment at once.
+//! Therefore this module requests sample 1 shortly after the reader knows the writer ([`MOMENT`]). A writer ignores the request if
+//! it has not published yet, or if its first sample is older than the reader. If the sample has arrived without the request, it
+//! arrives twice, and the reader returns it once. Writers of other vendors need no request, because they answer the reader's first
+//! acknowledgment at once.
 //! Delete this module when test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without the module.
 
 use super::own_datagrams::{OwnDatagrams, addresses};

@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-/// The least number of stored samples. RustDDS can increase the number, but never decrease it.
+/// The number of samples that RustDDS stores at first. RustDDS can increase the number, but never decrease it.
 pub(crate) const FEWEST_SAMPLES: i32 = 128;
 /// The largest number of stored samples.
 const MOST_SAMPLES: i32 = 10_000;
@@ -22,7 +22,7 @@ const LIMIT: usize = 256 << 20;
 /// The memory that RustDDS needs for a sample in addition to its payload \[bytes\], measured.
 const OVERHEAD: usize = 500;
 
-/// The samples that RustDDS stores for a topic.
+/// The sizes of the samples that RustDDS stores for a topic.
 pub(crate) struct Kept {
     samples: i32,
     largest: usize,
@@ -38,11 +38,11 @@ impl Default for Kept {
     }
 }
 
-/// Whether there is memory for the samples of a topic.
+/// The answer to the question whether there is memory for further samples of a topic.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Room {
     Enough,
-    /// There is memory for more samples. The number of stored samples can be this large.
+    /// There is memory for more samples: RustDDS may store this many samples of the topic.
     More(i32),
     None,
 }

@@ -37,7 +37,7 @@ pub(crate) const ONE_PACKET: usize = 1368;
 /// The length of a reply \[bytes\] that fits into one UDP datagram.
 const ONE_DATAGRAM: usize = 64_000;
 
-/// A large reply is sent this many times, and once more for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one
+/// The number of copies of a large reply. A further copy is sent for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one
 /// reply in 10⁴ is lost.
 const COPIES: usize = 4;
 const MORE_FOR: usize = 10_000;
@@ -49,7 +49,8 @@ const BETWEEN: Duration = Duration::from_millis(20);
 pub(crate) struct Addressee {
     /// An endpoint of the client.
     pub client: GUID,
-    /// The identity of the request, if the reply names the request in the inline QoS.
+    /// The identity of the request, which the inline QoS of the reply repeats; `None` if the payload of the reply has this identity
+    /// (clients of Cyclone).
     pub request: Option<SampleIdentity>,
 }
 

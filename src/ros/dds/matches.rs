@@ -57,7 +57,7 @@ pub(super) struct State {
     pub pairs: HashSet<Pair>,
     /// The pairs with incompatible QoS. The warning is `None` until it was logged.
     pub incompatible: HashMap<Pair, Option<String>>,
-    /// Our readers that can switch to best effort, each with a publisher that requires best effort; `None` until there is one.
+    /// Our readers that can switch to best effort. The value is a publisher that requires this switch; `None` until there is one.
     pub adapting: HashMap<GUID, Option<GUID>>,
     /// The DDS topic name of each writer in the domain, matched or not.
     pub writers: HashMap<GUID, String>,

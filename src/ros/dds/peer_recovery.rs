@@ -99,7 +99,7 @@ impl Lost {
         peer
     }
 
-    /// Waits until one of the lost participants is heard.
+    /// Waits until one of the lost participants announces itself again, and returns its description.
     pub async fn heard(&mut self) -> Peer {
         let mut header = [0; HEADER];
         loop {

@@ -30,7 +30,7 @@ pub struct RawMessage {
     pub sent: i64,
     /// The GUID of the publisher.
     pub publisher: [u8; 16],
-    /// The number of the message among the publisher's messages. There is a gap only if messages were lost.
+    /// The sequence number that the publisher gave the message. There is a gap only if messages were lost.
     pub sequence: i64,
 }
 

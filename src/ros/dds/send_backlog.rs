@@ -48,7 +48,7 @@ impl<M: Serialize> InTimeWriter<M> {
         self.inner.guid()
     }
 
-    /// Queues a message. Returns whether there was room.
+    /// Queues a message. Returns false if the queue was full; then the message is dropped.
     pub fn write(&self, message: M) -> bool {
         self.inner.write(message, Some(Timestamp::now())).is_ok()
     }

@@ -93,7 +93,8 @@ impl StaticPeers {
                 }
                 _ = look_up.tick() => peers.hosts.extend(self.hosts(&mut warned, &warn).await),
                 _ = look.tick() => {
-                    // Once the participant has ended, the known peers stay, so that they get its last messages.
+                    // When the participant has ended, keep the known addresses: the hosts must still get the participant's last
+                    // messages.
                     participant.upgrade().iter().for_each(|participant| peers.look(participant));
                 }
                 _ = announce.tick() => {

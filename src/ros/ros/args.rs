@@ -122,9 +122,9 @@ pub struct RosArgs {
     pub log_level: Option<LogLevel>,
     /// The log levels of single loggers.
     pub logger_levels: Vec<LoggerLevel>,
-    /// Whether log lines do not go to the terminal.
+    /// Whether to keep log lines off the terminal (`--disable-stdout-logs`).
     pub without_stdout_logs: bool,
-    /// Whether log lines do not go to `/rosout`.
+    /// Whether to keep log lines off the topic `/rosout` (`--disable-rosout-logs`).
     pub without_rosout_logs: bool,
     /// Whether log lines also go to a file. ROS 2 nodes write a log file by default, this program only on request.
     pub external_lib_logs: bool,

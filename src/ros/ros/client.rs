@@ -1,4 +1,4 @@
-//! Service clients. Each assigns replies to requests in the way of the server's DDS vendor.
+//! Service clients. A client finds the reply to its request by the rules of the server's DDS vendor.
 
 use super::error::RosError;
 use super::graph::{reply_topic, request_topic};
@@ -109,8 +109,8 @@ impl Connection {
         }
     }
 
-    /// Returns the reply to one of the requests `asked`; `None` if no such reply has arrived. Drops replies to earlier requests and to the requests
-    /// of other clients.
+    /// Returns the reply to one of the requests `asked`; `None` if no such reply has arrived. Drops replies to earlier requests and
+    /// to the requests of other clients.
     fn reply(&self, asked: &[RmwRequestId]) -> Option<Payload> {
         let mut replies =
             (0..MOST_REPLIES).map_while(|_| self.inner.receive_response().transpose()).flatten();

@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// The number of participants that are remembered. The oldest participant is forgotten first.
+/// The largest number of participants that are remembered. The oldest participant is forgotten first.
 const PARTICIPANTS: usize = 256;
 
 /// The message `rmw_dds_common/msg/ParticipantEntitiesInfo`. The type of this name in ros2-client hides the endpoints, and supports
@@ -152,7 +152,7 @@ pub(super) fn announcements(dds: &DomainParticipant) -> Result<Announcements, Ro
     reader().map_err(|why| RosError::create(TOPIC_NAME)(&why))
 }
 
-/// The names of the nodes in the domain, found by the nodes' endpoints. Only announced nodes are known.
+/// Finds the name of the node that owns an endpoint. Nodes that no participant has announced have no name here.
 #[derive(Clone, Default)]
 pub struct EndpointNames {
     state: Arc<Mutex<State>>,

@@ -165,7 +165,7 @@ fn service<S: ServiceType>(name: &str) -> Result<(Name, ServiceTypeName), RosErr
     Ok((Name::parse(name).map_err(refused(name))?, ServiceTypeName::new(package, service)))
 }
 
-/// Returns the QoS of ROS 2 services: reliable, volatile, keep last 10. Writing may wait a moment until the history has room.
+/// Returns the QoS of ROS 2 services: reliable, volatile, keep last 10. If the history is full, a write may block for a moment.
 fn of_services() -> QosProfile {
     QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
 }
@@ -195,7 +195,7 @@ pub(super) fn of_rosout() -> QosPolicies {
         .build()
 }
 
-/// Returns the DDS policies of a topic. Writers have room for unacknowledged samples and never block.
+/// Returns the DDS policies of a topic. Writers store unacknowledged samples up to [`sample_limits`], and never block.
 pub(super) fn of(topic: &TopicContract) -> QosPolicies {
     let reliability = match topic.reliability {
         ReliabilityKind::Reliable => Reliability::Reliable { max_blocking_time: Duration::ZERO },

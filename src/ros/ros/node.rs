@@ -47,8 +47,8 @@ impl Node {
         let endpoints = Arc::new(Endpoints::new(node, domain));
         let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
         let log = Logger::new(&names.logger(), logging);
-        // As in rclcpp, every node has this publisher. It comes before all other endpoints, because ros2-client has just created a
-        // latched publisher on the same topic: if rosbag2 found only that one, it would subscribe to latched messages.
+        // As in rclcpp, every node has this publisher. It must be the first endpoint. ros2-client has just created a latched
+        // publisher on the same topic, and if rosbag2 found only the latched one, it would subscribe to latched messages.
         let (topic, qos) = ("/parameter_events".to_owned(), endpoints::of_parameter_events());
         let plan = Plan { name: topic, message: ParameterEvent::TYPE.to_owned(), qos, log: log.clone() };
         let parameter_events = Arc::new(Publisher::new(&endpoints, &plan)?);
@@ -190,7 +190,8 @@ impl Node {
         self.subscription_with(topic, endpoints::of(&entry))
     }
 
-    /// Returns a topic to which the node subscribes, so that the node can publish on it later.
+    /// Returns an [`OwnTopic`] for a topic to which the node subscribes. With it, the caller can create a publisher on the topic
+    /// later.
     ///
     /// # Errors
     /// [`RosError`].
@@ -203,7 +204,7 @@ impl Node {
         Ok(OwnTopic::new(Arc::downgrade(&self.endpoints), self.plan::<M>(topic, qos)?))
     }
 
-    /// Returns a topic on which the node publishes, so that the node can subscribe to it later.
+    /// Returns an [`OwnTopic`] for a topic on which the node publishes. With it, the caller can subscribe to the topic later.
     ///
     /// # Errors
     /// [`RosError`].
@@ -231,7 +232,7 @@ impl Node {
         graph::topics(&self.domain().dds)
     }
 
-    /// Returns the names of the nodes by their endpoints.
+    /// Returns the map from endpoints in the domain to the names of their nodes.
     pub fn endpoint_names(&self) -> &EndpointNames {
         &self.domain().names
     }
@@ -346,7 +347,7 @@ impl Node {
         Ok(connection)
     }
 
-    /// Returns the plan of an endpoint of this node.
+    /// Returns the description of an endpoint to create on this node: its full topic name, message type, QoS and log.
     fn plan<M: Message>(&self, topic: &str, qos: QosPolicies) -> Result<Plan, RosError> {
         let (name, message) = (self.names.topic(topic)?, M::TYPE.to_owned());
         Ok(Plan { name, message, qos, log: self.log.clone() })

@@ -15,7 +15,7 @@ const VALUES_AT_ONCE: usize = 8;
 /// The number of descriptions that are requested at once. Descriptions are longer than values.
 const DESCRIPTORS_AT_ONCE: usize = 2;
 
-/// How long to wait for a newer state of a node's parameters after each received state.
+/// After each received state of a node's parameters, the client waits this long for a newer state.
 const MORE: Duration = Duration::from_millis(100);
 
 /// Calls the parameter services of one node, whose DDS may be of any vendor.

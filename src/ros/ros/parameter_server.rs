@@ -104,7 +104,7 @@ impl ParameterServer {
         }
     }
 
-    /// Makes all changes or none of them. The store is locked during the call.
+    /// Makes all changes, or none of them if one is refused. No other request reads or changes the parameters during the call.
     fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
         let mut current = self.lock();
         let mut changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;

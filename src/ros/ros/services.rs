@@ -126,11 +126,11 @@ impl Service {
     }
 }
 
-/// Returns the identity by which the reply refers to a request.
+/// Returns the identity of a request. The reply must repeat this identity, so that the client recognizes the reply.
 fn request_id(info: &MessageInfo) -> RmwRequestId {
     let own = RmwRequestId { writer_gid: info.publisher_gid(), sequence_number: info.sequence_number() };
     let named = info.related_request_id().unwrap_or(own);
-    // Fast DDS leaves the request's number unset if this number equals the sample's own.
+    // Fast DDS leaves the request's number unset if this number equals the sample's own sequence number.
     let is_left = named.sequence_number == i64::from(SequenceNumber::UNKNOWN);
     if is_left { RmwRequestId { sequence_number: own.sequence_number, ..named } } else { named }
 }

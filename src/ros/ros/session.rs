@@ -196,11 +196,11 @@ fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
     }
 }
 
-/// The task that sends to the static peers. The task ends a moment after the participant, so that the peers learn that the
-/// participant has left.
+/// The task that sends to the static peers. When this value is dropped, the task continues for [`LAST_MESSAGES`], so that the peers
+/// learn that the participant has left.
 struct ServedPeers(JoinHandle<()>);
 
-/// How long the task takes to send the last messages.
+/// The time in which the task sends the last messages of the participant.
 const LAST_MESSAGES: Duration = Duration::from_millis(50);
 
 impl Drop for ServedPeers {
@@ -210,13 +210,14 @@ impl Drop for ServedPeers {
     }
 }
 
-/// How long the end of a session waits for the session's tasks.
+/// The longest time that dropping a session waits for the session's tasks to end.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
 impl Drop for Session {
     fn drop(&mut self) {
         self.tasks.iter().for_each(JoinHandle::abort);
-        // The tasks hold the participant, which leaves the graph when the last task ends. The process must not end before.
+        // Each task holds a reference to the participant. The participant leaves the graph when the last task ends, so the process
+        // must not end earlier.
         let end = Instant::now() + LAST_STEPS;
         while !self.tasks.iter().all(JoinHandle::is_finished) && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(1));

@@ -156,8 +156,8 @@ impl Publishing {
 /// How long the wait for subscribers continues after the first subscriber.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
-/// Creates a second endpoint on a topic of a node, once it is necessary: a subscription to a topic on which the node publishes, or
-/// a publisher on a topic to which the node subscribes.
+/// Creates a second endpoint on a topic that the node already uses: a subscription to a topic on which the node publishes, or a
+/// publisher on a topic to which the node subscribes.
 pub struct OwnTopic<M: Message> {
     endpoints: Weak<Endpoints>,
     plan: Plan,
@@ -196,7 +196,7 @@ impl<M: Message> OwnTopic<M> {
     }
 }
 
-/// The newest of the messages that a subscription has taken at once, and the number of these messages.
+/// The result of taking all received messages at once: the newest message, and the number of messages.
 pub struct Newest<M> {
     /// The newest message, if any.
     pub message: Option<M>,
@@ -288,8 +288,8 @@ impl<M: Message> Subscription<M> {
         )
     }
 
-    /// Takes messages as [`each`](Self::each) does, and decodes each message into the previous one in `place`. Messages of the same
-    /// shape cause no allocations.
+    /// Takes messages as [`each`](Self::each) does. Decodes each message into the memory of the previous one (`place`). Messages
+    /// with lists of the same lengths cause no allocations.
     pub fn each_over(&self, place: &mut M, mut take: impl FnMut(&M, &Origin)) -> Vec<String>
     where
         M: InPlace,

@@ -108,7 +108,7 @@ fn errors(drawn: &StyledRun, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     drawn.styles.iter().map(of).collect()
 }
 
-/// Returns a line for each tolerance of a goal in the runs.
+/// Returns a horizontal line for each distinct goal tolerance in the runs.
 fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     let range = time_axis(runs).range;
     let known = runs.iter().filter(|drawn| drawn.run.parameters_known);
@@ -121,8 +121,8 @@ fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Serie
 }
 
 /// Returns the lines of a bound, such as a limit, which may change during a run. `holds` returns the bounds of a run, each with the
-/// time \[s\] from which it applies. `value` returns the number of a bound. If all runs have the same bounds, there is one line.
-/// Otherwise there is a line for each run, in the run's color.
+/// time \[s\] from which it applies. `value` returns the number to draw for a bound; `None` if the bound has no line. If all runs
+/// have the same bounds, there is one line. Otherwise there is a line for each run, in the run's color.
 fn bounds<V: PartialEq>(
     name: &str,
     runs: &[StyledRun],
@@ -153,8 +153,8 @@ fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
     values
 }
 
-/// Returns the runs whose limits are known from their parameters, with an empty suffix for the name of the limit. If there are no
-/// such runs, returns all runs, with a suffix that says that the limits are assumed.
+/// Returns the runs whose parameters are in their bags, and an empty suffix. If there are no such runs, returns all runs, and a
+/// suffix for the name of a limit. The suffix says that the limits are assumed.
 fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>, &'static str) {
     let known: Vec<_> = runs.iter().filter(|drawn| drawn.run.parameters_known).collect();
     match known.is_empty() {

@@ -12,7 +12,7 @@ pub(super) struct StyledRun<'a> {
     pub styles: Vec<CurveStyle>,
 }
 
-/// The style of a run's curves while one law is in force.
+/// The style of a run's curves during the time in which one law is in force.
 pub(super) struct CurveStyle {
     pub name: String,
     pub color: Color,
@@ -47,14 +47,14 @@ pub(super) fn styles(runs: &[RecordedRun]) -> Vec<StyledRun<'_>> {
     runs.iter().enumerate().map(|(number, run)| StyledRun { run, styles: drawn((number, run)) }).collect()
 }
 
-/// Returns each law of each run once. A run without any law has one entry.
+/// Returns each law of each run once, with the index of the run. A run without any law has one entry, with `None`.
 fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
     let of_run = |(number, run)| periods(run).into_iter().map(move |(law, _)| (number, law));
     each_once(runs.iter().enumerate().flat_map(of_run))
 }
 
-/// Returns the laws of a run, each with the time range in which it was in force. The range of the first law has no beginning, and
-/// that of the last law no end. If the run has motions, laws without a motion are left out.
+/// Returns the laws of a run, each with the time range \[s\] in which it was in force. The first range has no beginning, and the
+/// last range has no end. If the run has motions, laws without a motion are left out.
 fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
     let moved = |(_, law): &&(f64, String)| {
         let mut of_motions = run.motions.iter().flat_map(|motion| motion.law.split(", "));

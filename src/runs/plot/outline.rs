@@ -28,7 +28,7 @@ pub(super) fn outline(shape: &Shape, points: &[Vector3<f64>]) -> Vec<Vec<Vector3
     lines.into_iter().flat_map(near).collect()
 }
 
-/// Returns the ends of a line, and the points at which it bends.
+/// Removes the points at which a line goes straight on. Keeps its ends, and the points at which it bends.
 fn bends(line: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let bends = |at: &usize| {
         let around = at.checked_sub(1).and_then(|before| Some((line.get(before)?, line.get(at + 1)?)));

@@ -9,9 +9,10 @@ use dq_messages::PoseNumbers;
 use dq_space::space::KeepOut;
 use nalgebra::{Isometry3, Vector3};
 
-/// Returns frames along the path. The frames are far enough apart to be distinguished, and farther apart if there are many motions.
+/// Returns the poses along the path at which the figure draws small coordinate frames. The more motions the run has, the farther
+/// apart these poses are.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
-    /// A distance \[m\] and an angle \[rad\]. Frames that differ by either of them can be distinguished.
+    /// A distance \[m\] and an angle \[rad\]. A reader can distinguish two frames that differ by either of them.
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
     let is_apart = |sample: &&Sample| {

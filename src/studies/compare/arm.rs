@@ -23,7 +23,7 @@ pub struct Arm {
     pub parameters: ServoParameters,
     /// The values from which the parameters were built.
     values: Vec<(String, Value)>,
-    /// The name of the source of `values`.
+    /// The name of the arm or of the parameter file from which `values` come. Errors name it.
     source: String,
 }
 
@@ -68,7 +68,7 @@ impl Arm {
         let mut values = parameters_for(text, source, "/dq_servo")?;
         // The comparison is about the laws, not about the servo's reconfigurations after a stall.
         values.push(("reconfigure".to_owned(), Value::String(Reconfigure::Never.name().to_owned())));
-        // The comparison is not about the motion of joints to spare either.
+        // An arm with more joints than its task needs does not return to a posture either: that is not a property of the law.
         values.push(("posture.gain".to_owned(), Value::Double(0.0)));
         Self::of(name, values, source)
     }

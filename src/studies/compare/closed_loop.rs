@@ -15,7 +15,7 @@ use std::time::Duration;
 pub const HORIZON: Duration = Duration::from_secs(10);
 /// A loop counts as settled once it has stayed within the 2 % band for this time.
 const DWELL: Duration = Duration::from_millis(500);
-/// The last part of a failed loop, in which the program observes the loop to classify the failure.
+/// The length of the last part of a loop. If the loop fails, its behavior in this part decides how the failure is classified.
 const LAST: Duration = Duration::from_secs(1);
 /// Joint speeds below this [rad/s] count as standing.
 const STANDING: f64 = 1e-2;
@@ -71,7 +71,7 @@ struct BareLaw {
     hysteresis: f64,
 }
 
-/// The source of commands, given joint states.
+/// Computes the commands from the joint states.
 enum Driver {
     /// The law alone.
     Law(Box<BareLaw>),
@@ -100,8 +100,8 @@ impl ClosedLoop<'_> {
         Ok(self.run_for(task, number, HORIZON, |_| ())?.0)
     }
 
-    /// Runs the task for `horizon`. Calls `see` with the joint positions \[rad\] of each cycle. Also returns the servo's final
-    /// state in words.
+    /// Runs the task for at most `horizon`. Calls `see` with the joint positions \[rad\] of each cycle. Returns the result, and the
+    /// servo's final state in words.
     pub(super) fn run_for(
         &self,
         task: &Task,
@@ -146,7 +146,7 @@ impl ClosedLoop<'_> {
         let mut servo = Box::new(ServoParameters { settings, period: PERIOD, ..parameters.clone() }.build()?);
         let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
         servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
-        // Joint states get their stamps when they are measured.
+        // A joint state is stamped when it is measured. So its age is the latency of the plant.
         let age = PERIOD * self.plant.latency as u32;
         let search = Box::new(Search::new(parameters.arms.clone()));
         Ok(Driver::Servo { servo, search, names, age })
@@ -274,8 +274,8 @@ impl Watch {
         }
     }
 
-    /// Adds a cycle. Returns false if the arm is out of control. `evaluated` is the arm at `theta`, or `None` if its kinematics are
-    /// not computed yet.
+    /// Processes a cycle. Returns false if a commanded speed shows that the arm is out of control. `evaluated` is the arm at
+    /// `theta`, or `None` if its kinematics are not computed yet.
     fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return false;
@@ -290,7 +290,7 @@ impl Watch {
         };
         let (pose, goal) = (arm.pose(), self.goal.base_from_goal);
         let (point, goal_point) = (pose.translation(), goal.translation());
-        // The servo may have chosen the other sign.
+        // The servo may follow the goal with the other sign of its quaternion.
         let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
         self.error = GoalError::of(self.controller.aim, arm.state(), &nearer);
         let begin = || MotionMeter::begin(now, point, goal_point, &self.error, &self.tolerance);
@@ -324,7 +324,7 @@ impl Watch {
         let outcome = match () {
             () if self.inside_since.is_some() => Outcome::Settled,
             () if held => Outcome::JointLimit,
-            // An oscillating error may be below the error of a second ago, but not below all earlier errors.
+            // A slow motion ends with an error below all earlier errors. An oscillation ends with an error below some of them only.
             () if self.size() < 0.98 * self.least => Outcome::Slow,
             () if !standing => Outcome::Oscillating,
             () if self.controller.smallest_singular_value(self.arms.state()) < self.threshold => {

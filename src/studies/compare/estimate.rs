@@ -66,12 +66,12 @@ impl Study {
         Ok(Duration::from_secs_f64(pair * count as f64 + free * self.loops_of_gains()))
     }
 
-    /// Returns about how many loops the choice of the gains takes.
+    /// Returns the approximate number of loops that the choice of the gains runs.
     fn loops_of_gains(&self) -> f64 {
         if self.gains.is_empty() { PER_GAIN * self.gain_count() as f64 } else { 0.0 }
     }
 
-    /// Returns about how many loops the explanation of gains takes that miss their targets.
+    /// Returns the approximate number of loops that the study runs to find out why some gains miss their targets.
     fn loops_of_unmatched(&self) -> f64 {
         let loops = |gain: &Gain| if gain.matched == Matched::SettlingTime { 3.0 } else { 1.0 };
         let known = self.gains.iter().filter(|gain| !gain.is_matched()).map(loops).sum();
@@ -79,8 +79,8 @@ impl Study {
     }
 }
 
-/// Returns the mean times of the loops for which `run` returns false and of those for which it returns true \[s\], with all cores at
-/// work. Runs loops with numbers below `count`, which are spread evenly.
+/// Runs loops on all cores for about [`SAMPLE`]. Their numbers are below `count` and spread evenly. Returns the mean time per loop
+/// \[s\] with all cores at work: first of the loops for which `run` returns false, then of those for which it returns true.
 fn seconds_each(
     count: u64,
     run: impl Fn(u64) -> Result<bool, CompareError> + Sync,

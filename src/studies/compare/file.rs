@@ -13,7 +13,7 @@ use std::path::Path;
 /// Number of runs that are computed and then written together. An interruption loses at most this number of runs.
 const BATCH: u64 = 2048;
 
-/// The complete lines of a file of runs.
+/// The number and the total length of the complete lines of a file of runs.
 pub(super) struct WholeLines {
     pub count: u64,
     pub bytes: u64,

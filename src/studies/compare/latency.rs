@@ -147,7 +147,8 @@ impl Ages<'_> {
         self.summary.rows(&key).get(task.number as usize).map(Option::is_some)
     }
 
-    /// Returns the percentage of the tasks that settle with joint states of the age `AGES[place]`.
+    /// Returns the percentage of tasks that settle with joint states of the age `AGES[place]`, among the tasks that settle with
+    /// fresh joint states.
     fn share(&mut self, place: usize) -> Result<Interval, CompareError> {
         if let Some(share) = self.tried.get(&place) {
             return Ok(*share);
@@ -164,7 +165,8 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Counts the tasks among `numbers` that settle with joint states of the age `age` \[cycles\].
+    /// Counts tasks among `numbers` that settle with fresh joint states. Returns how many of these also settle with joint states of
+    /// the age `age` \[cycles\], and their number.
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

@@ -25,7 +25,7 @@ impl Matched {
     /// The settling time and the peak speed.
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
 
-    /// Returns the values of this quantity in some loops, in ascending order.
+    /// Returns the values of this quantity in the `loops`, in ascending order.
     pub(super) fn sorted(self, loops: &[Ended]) -> Vec<f64> {
         let value = |ended: &Ended| match self {
             Self::SettlingTime => ended.settled().unwrap_or(f64::INFINITY),
@@ -225,7 +225,7 @@ impl Search<'_> {
     /// gains. If no gain reaches the target, because the loop becomes unstable first, returns the best gain that was tried.
     fn coarse(&self) -> Result<f64, CompareError> {
         let mut tried = Vec::new();
-        // Returns whether the gain is high enough.
+        // Returns whether the law is at least as fast with this gain as the target requires.
         let mut enough = |gain: f64| {
             let median = self.median(gain)?;
             tried.push((gain, (median - self.target).abs()));

@@ -114,8 +114,9 @@ impl Interval {
     }
 }
 
-/// Makes all comparisons: of every pair of laws on all arms together with gains for equal settling time, and otherwise of each law
-/// with the study's [baseline](Study::baseline). Adjusts their p-values together with those of the comparisons `more`.
+/// Makes all comparisons. Compares every pair of laws on all arms together, with gains for equal settling time. Compares each law
+/// with the study's [baseline](Study::baseline) on each arm, and on all arms with gains for equal peak speed. Adjusts the p-values
+/// of all these comparisons and of the comparisons `more` together.
 pub(super) fn comparisons(study: &Study, summary: &Summary, more: Vec<Comparison>) -> Vec<Comparison> {
     let (laws, baseline) = (&study.laws, study.baseline());
     let all_quantities = [&[Quantity::Settled][..], &FIGURES].concat();
@@ -161,7 +162,8 @@ pub(super) fn compared(
 }
 
 /// Compares two laws task by task. Returns the number of pairs, the numbers of pairs in which the first and the second law have the
-/// larger value, and the difference. Returns `None` if no task settles under both laws.
+/// larger value, and the difference. Returns `None` if there are no pairs: a pair is a task for the percentage of settled tasks,
+/// and a task that settles under both laws for other quantities.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

@@ -174,7 +174,7 @@ impl Study {
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
     }
 
-    /// Runs one run of each cell.
+    /// Simulates one run of each cell, that is, of each law under each of the conditions.
     ///
     /// # Errors
     /// The first error of a simulated run. In practice, no simulated run fails.
@@ -183,13 +183,13 @@ impl Study {
         numbers.into_par_iter().map(|number| self.record(number)).collect()
     }
 
-    /// Runs the run with the number `number`.
+    /// Simulates the run with the number `number`, and returns its record.
     pub(super) fn record(&self, number: u64) -> Result<Record, CompareError> {
         let run = self.run(number);
         Ok(Record::new(&run, &self.ended(&run)?))
     }
 
-    /// Runs a run.
+    /// Simulates a run, and returns its result.
     pub(super) fn ended(&self, run: &Run) -> Result<Ended, CompareError> {
         let controller = run.arm.parameters.settings.controller.with_law(run.law, run.gain);
         let closed_loop = ClosedLoop { arm: run.arm, controller, plant: run.plant, limits: run.limits };

@@ -105,13 +105,13 @@ pub struct Cell {
     pub settled_percent: Interval,
     /// The number of failed runs for each reason.
     pub failures: BTreeMap<String, usize>,
-    /// The median settling time of all runs \[s\]; a run has settled when its errors stay below 2 % of their initial values. A
-    /// failed run counts as later than the horizon. If an end of the interval equals the horizon, the true end is beyond the
-    /// horizon.
+    /// The median settling time of all runs \[s\]. A run has settled when its errors stay below 2 % of their initial values. The
+    /// settling time of a failed run counts as the horizon. If an end of the interval equals the horizon, the true end is beyond
+    /// the horizon.
     pub settling_s: Option<Interval>,
-    /// The number of tasks for the four medians below, which are `None` if there is no such task. These are the tasks that settle
-    /// under every law. Laws under which fewer than half of all tasks settle do not count; `None` if the law of this cell is one of
-    /// these.
+    /// The number of tasks from which the four medians below are computed: the tasks that settle under every law. This leaves out
+    /// laws under which fewer than half of all tasks settle. `None` for the cells of these laws. If there is no such task, the
+    /// medians are `None`.
     pub common: Option<usize>,
     /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,
@@ -197,8 +197,8 @@ impl Summary {
         self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }
 
-    /// Returns, for each task of a cell, whether the task settles under every law. Laws under which fewer than half of the tasks
-    /// settle do not count.
+    /// Returns, for each task of a cell, whether the task settles under every law. Ignores laws under which fewer than half of the
+    /// tasks settle.
     pub fn common(&self, key: &Key) -> Vec<bool> {
         let mut common = vec![true; self.rows(key).len()];
         let beside = self.cells.iter().filter(|(other, cell)| key.is_beside(other) && cell.settles_half());

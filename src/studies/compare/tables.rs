@@ -77,7 +77,7 @@ fn escaped(text: &str) -> String {
 /// The mark of a significant difference from the baseline.
 const STAR: &str = " ∗";
 
-/// The columns of a cell.
+/// Returns the names of the columns for the results of a cell.
 fn columns(baseline: &str) -> [String; 7] {
     [
         "settled [%]",

@@ -1,4 +1,4 @@
-//! Explains why gains miss their targets: with results on the tasks that judge the choice of gains.
+//! Runs laws whose gains miss their targets on the tasks that judge the gains. The results show why the gains miss their targets.
 
 use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};

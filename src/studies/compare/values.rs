@@ -61,7 +61,7 @@ fn key(law: &str, arm: &str) -> Key {
     Key::fresh(Matched::SettlingTime, law, arm, true)
 }
 
-/// Formats a difference and its probability. `unit` has a space in front.
+/// Formats a difference and its probability. `unit` is written directly after the difference, so it begins with a space.
 fn told(compared: &Comparison, unit: &str) -> String {
     format!("{}{unit} ({})", signed(compared.difference), probability(compared.p_holm))
 }
@@ -78,7 +78,7 @@ fn of_best_law(findings: &Findings) -> Option<Values> {
     let is_worse =
         |law: &str| compared(Quantity::Settled, law, best).is_some_and(|compared| compared.tells());
     let (rest, good): (Vec<&str>, Vec<_>) = laws.iter().copied().partition(|law| is_worse(law));
-    // The law among `others` whose difference from `law` is the least significant.
+    // Returns the comparison of `law` with the law among `others` that differs from it the least significantly.
     let nearest = |quantity, others: &[&str], law: &str| {
         let each = others.iter().filter_map(|other| compared(quantity, other, law));
         let size = |compared: &Comparison| compared.difference.value.abs();
@@ -119,8 +119,8 @@ fn of_best_law(findings: &Findings) -> Option<Values> {
     Some(values)
 }
 
-/// Lists the arms on which a law differs from the baseline in the opposite direction than on all arms together; `None` if there are
-/// no such arms.
+/// Lists the arms on which a law differs significantly from the baseline, but in the direction opposite to that on all arms
+/// together. Returns `None` if there are no such arms.
 fn reversed_arms(findings: &Findings) -> Option<String> {
     let compared = |law: &str, arm: &str| {
         let compared = findings.comparison(Quantity::Settled, &key(law, arm), findings.baseline());

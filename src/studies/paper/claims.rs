@@ -155,7 +155,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     let ratio = |metrics: &Metrics| metrics.figures.path_ratio.unwrap_or(f64::NAN);
     Claim::new(
         "logc takes a less curved path than diffc",
-        // This compares the two laws through the joints. Joints bend the path, and the paper's task space has no joints.
+        // This compares the two laws on the simulated arm, whose joints bend the path. The paper's task space has no joints.
         ratio(logc) < ratio(diffc),
         format!(
             "path over straight line, through the joints: logc {:.3}, diffc {:.3}; logc in the paper's task space {:.3}",
@@ -166,7 +166,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     )
 }
 
-/// Returns whether the first motion settled earlier than the second motion. This is also so if only the first motion settled.
+/// Returns whether the first motion settled earlier than the second. Returns true if only the first motion settled.
 fn sooner(first: Option<f64>, second: Option<f64>) -> bool {
     first.is_some_and(|first| second.is_none_or(|second| first < second))
 }

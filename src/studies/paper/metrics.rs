@@ -94,7 +94,7 @@ impl Laboratory {
     }
 }
 
-/// Returns the determinant of the body Jacobian if the matrix is square.
+/// Returns the determinant of the body Jacobian; `None` unless the arm has six joints.
 fn determinant(state: &ArmState) -> Option<f64> {
     let jacobian = state.body_jacobian();
     (jacobian.ncols() == 6).then(|| jacobian.fixed_columns::<6>(0).determinant())

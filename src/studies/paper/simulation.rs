@@ -58,7 +58,8 @@ pub fn integrate(
     Ok(Trajectory { times, states })
 }
 
-/// Simulates one arm, or two arms, under a law for `duration` \[s\], from `start` \[rad\] toward `goal`. Keeps the sign of `goal`.
+/// Simulates one arm, or two arms, under a law for `duration` \[s\], from `start` \[rad\] toward `goal`. Does not change the sign
+/// of the quaternion of `goal`, even if the other sign is nearer.
 ///
 /// # Errors
 /// [`PaperError::Simulation`] if the integration fails.

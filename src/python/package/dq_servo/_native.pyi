@@ -15,7 +15,7 @@ Parameters = Mapping[str, Parameter | Array]
 __version__: str
 
 class Pose:
-    """A pose as a unit dual quaternion: `a * b` and `a @ b` compose two poses, `-a` is the same pose with the other sign."""
+    """A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with the other sign."""
 
     def __init__(self, translation: ArrayLike, rotation: ArrayLike) -> None:
         """Creates a pose from the translation [m] and the unit quaternion (w, x, y, z), both in the base frame (eq. 13)."""
@@ -46,7 +46,7 @@ class Pose:
 
     @property
     def translation(self) -> Array:
-        """The translation [m] in the base frame."""
+        """The translation x, y, z [m] in the base frame."""
 
     @property
     def rotation(self) -> Array:
@@ -90,7 +90,7 @@ class Chain:
 
     @staticmethod
     def from_dh(table: ArrayLike, convention: Literal["modified_dh", "standard_dh"] = "modified_dh") -> Chain:
-        """Creates a chain from rows (alpha, a, d, theta_offset) of revolute joints, base first."""
+        """Creates a chain from rows (alpha [rad], a [m], d [m], theta_offset [rad]) of revolute joints, base first."""
 
     @staticmethod
     def from_urdf(text: str, base_frame: str, tool_frame: str) -> Chain:
@@ -101,10 +101,10 @@ class Chain:
         """The number of joints."""
 
     def forward_kinematics(self, theta: ArrayLike) -> Pose:
-        """Returns the tool pose in the base frame (eq. 14)."""
+        """Returns the tool pose in the base frame (eq. 14) at joint positions `theta` [rad, prismatic: m]."""
 
     def link_poses(self, theta: ArrayLike) -> list[Pose]:
-        """Returns the pose of each link's frame. The frame moves with the link's joint, and its z axis is the axis of the joint."""
+        """Returns the pose of each link's frame in the base frame. The frame moves with the link, and its z axis is the joint's axis."""
 
     def jacobian(self, theta: ArrayLike) -> Array:
         """Returns the 6×n Jacobian of the twist (angular, linear) of the tool point, along the base's axes."""
@@ -159,22 +159,22 @@ class Law:
 
     @property
     def name(self) -> str:
-        """The name of the law; your own law is called own."""
+        """The name of the law. The name of your own law is `own`."""
 
     @property
     def gains(self) -> list[float]:
-        """The gains, one or two."""
+        """The gains of the law: one number, or two numbers if the law has two gains."""
 
     def step(self, chain: Chain, theta: ArrayLike, goal: Pose) -> Array:
         """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts.
 
-        A law with a memory is asked as if the motion began now. Use `Servo` for its whole motion."""
+        For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion."""
 
     def step_batch(self, chain: Chain, thetas: ArrayLike, goals: ArrayLike) -> Array:
         """Returns the N×n joint velocities for N×n joint positions and N×8 goals."""
 
     def twist(self, tool_from_goal: Pose) -> Array:
-        """Returns gain times error: the twist (angular, linear) with which a free tool would move."""
+        """Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm."""
 
 class Servo:
     """The servo with all safety rules, in fake time that you provide.
@@ -199,11 +199,12 @@ class Servo:
         """
 
     def set_goal(self, base_from_goal: Pose) -> None:
-        """Sets the goal, which takes effect in the next cycle. Set a moving goal before each cycle."""
+        """Sets the goal, which takes effect in the next cycle. If the goal moves, call this method before each cycle."""
 
     def set_joint_goal(self, positions: ArrayLike | Mapping[str, float]) -> None:
-        """Sets a joint goal, which takes effect in the next cycle: positions by the names of `joints`, or of all joints. A joint that is
-        not named keeps its joint goal, or stays."""
+        """Sets a joint goal, which takes effect in the next cycle. `positions` [rad, prismatic: m] is a dict with names of `joints`,
+        or a list for all joints. A joint that the dict does not name keeps its previous joint goal; without one, it stays where it
+        is."""
 
     def cycle(
         self,
@@ -216,10 +217,10 @@ class Servo:
     ) -> Array | None:
         """Runs one cycle at `now` [s]. Returns the command for the robot, or None if nothing has to be sent.
 
-        `positions` are the joint positions that arrived since the previous cycle, or None. `stamp` [s] is when they were measured, by the
-        same clock as `now`. Without `stamp`, they were measured at `now`. Two arms have their joints one after the other.
-        `wrench` is the force [N] and the torque [N m] on the tool, six numbers in the tool frame, that was measured then and arrived since the
-        previous cycle, or None.
+        `positions` and `velocities` are the joint state that arrived since the previous cycle, or None. For two arms,
+        the joints of the left arm come first. `stamp` [s] is the time at which the joint state was measured, by the same clock as
+        `now`; by default it is `now`. `wrench` is the force [N] and the torque [N m] on the tool, measured at the same time: six
+        numbers in the tool frame. It is None if no wrench arrived since the previous cycle.
         """
 
     def stop(self) -> None:
@@ -232,13 +233,13 @@ class Servo:
         """Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`."""
 
     def tare(self) -> None:
-        """Counts the present wrench as no contact, like `~/tare`."""
+        """From now on, counts the present wrench as no contact, like `~/tare`."""
 
     def identify_load(self) -> None:
-        """Begins to identify what hangs on the sensor, like `~/identify_load` with true."""
+        """Begins to identify the load that hangs on the sensor, like `~/identify_load` with true."""
 
     def identified_load(self) -> tuple[float, Array]:
-        """Ends the identification. Returns the mass [kg] and its center in the tool frame [m]."""
+        """Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m]."""
 
     def configure(self, parameters: Parameters | None = None, *, law: Law | None = None) -> None:
         """Sets all of these parameters or none, from the next cycle on."""
@@ -253,15 +254,15 @@ class Servo:
 
     @property
     def state(self) -> str:
-        """The state, such as tracking or settled."""
+        """The name of the servo's state, such as `tracking` or `settled`."""
 
     @property
     def pose(self) -> Pose | None:
-        """The tool pose at the last joint positions; None before the first cycle."""
+        """The controlled pose at the last joint positions; None until `cycle` has received joint positions."""
 
     @property
     def command(self) -> Array:
-        """The last commanded joint velocities, even if the servo sends positions."""
+        """The last commanded joint velocities [rad/s, prismatic: m/s], even if the servo sends positions."""
 
     @property
     def status(self) -> dict[str, Any]:
@@ -272,7 +273,7 @@ class Run:
 
     @property
     def name(self) -> str:
-        """The name of the servo's node."""
+        """The name of the bag, followed by the servo's namespace unless this is `/`."""
 
     @property
     def joints(self) -> list[str]:
@@ -280,27 +281,27 @@ class Run:
 
     @property
     def positions(self) -> Curve:
-        """Times, and N×n joint positions."""
+        """Times [s], and N×n joint positions [rad, prismatic: m]."""
 
     @property
     def velocities(self) -> Curve:
-        """Times, and N×n joint velocities."""
+        """Times [s], and N×n joint velocities [rad/s, prismatic: m/s]."""
 
     @property
     def poses(self) -> Curve:
-        """Times, and the N×8 dual quaternions of the controlled pose."""
+        """Times [s], and the controlled poses as N×8 dual quaternions."""
 
     @property
     def errors(self) -> Curve:
-        """Times, and the N×2 errors that the servo reported: distance [m] and angle [rad] to the goal."""
+        """Times [s], and the N×2 errors that the servo reported: distance [m] and angle [rad] to the goal."""
 
     @property
     def commands(self) -> list[Curve]:
-        """For each arm the times and the N×n commands: velocities if known, otherwise positions."""
+        """For each arm the times [s] and the N×n commands: velocities if the bag has them, otherwise positions."""
 
     @property
     def laws(self) -> list[tuple[float, str]]:
-        """The laws, each with the time from which it was in force."""
+        """The laws, each with the time [s] from which it was in force."""
 
     @property
     def motions(self) -> list[dict[str, Any]]:
@@ -326,8 +327,8 @@ def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None 
     """
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
-    """Returns the gain at which the law settles as fast as logc at 2 1/s on this arm: their median settling times are equal, over tasks
-    that no comparison uses.
+    """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
+    equal on tasks that no comparison uses.
 
     Raises a ValueError if the law settles in less than half of the tasks at every gain."""
 
