@@ -25,7 +25,7 @@ struct OneArmParameters {
     #[parameter(group)]
     goal_frames: GoalFrames,
     /// whether goals yield to the wrench at the tool
-    #[parameter()]
+    #[parameter(name = "contact.compliance")]
     compliance: bool,
     #[parameter(group)]
     contact: Compliance,

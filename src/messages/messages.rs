@@ -34,9 +34,9 @@ pub trait ServiceType: 'static {
     /// The response of the server.
     type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
-    /// Returns a short response in place of one that is too long: it has `_bytes` bytes, but at most `_room` bytes can reach the
-    /// client. Returns `None` if the service defines no such response.
-    fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
+    /// Returns a shorter response in place of `_response`, which is too long: it has `_bytes` bytes, but at most `_room` bytes can
+    /// reach the client. Returns `None` if the service defines no such response.
+    fn too_long(_response: Self::Response, _bytes: usize, _room: usize) -> Option<Self::Response> {
         None
     }
 }
@@ -63,7 +63,7 @@ macro_rules! message {
 macro_rules! service {
     (
         $(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty
-        $(, too_long |$bytes:ident, $room:ident| $instead:expr)?
+        $(, too_long |$response_too_long:ident, $bytes:ident, $room:ident| $instead:expr)?
     ) => {
         $(#[$meta])*
         pub struct $name;
@@ -71,7 +71,7 @@ macro_rules! service {
             const TYPE: &'static str = $type;
             type Request = $request;
             type Response = $response;
-            $(fn too_long($bytes: usize, $room: usize) -> Option<$response> {
+            $(fn too_long($response_too_long: $response, $bytes: usize, $room: usize) -> Option<$response> {
                 Some($instead)
             })?
         }

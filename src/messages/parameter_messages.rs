@@ -3,6 +3,7 @@
 use super::messages::{Message, ServiceType, Time, message, service};
 use dq_params::{Constraint, Declaration, Value};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 message! {
     /// A parameter value: a tag for the type, and one field for each type.
@@ -144,13 +145,34 @@ message! {
         result: ListResult,
     }
 }
+impl ListResult {
+    /// Replaces the names of a group by their prefix, the largest group first, until the encoded list is shorter by `excess` bytes.
+    #[must_use]
+    pub fn shortened(mut self, mut excess: usize) -> Self {
+        let size = |name: &str| size_of::<u32>() + (name.len() + 1).next_multiple_of(size_of::<u32>());
+        while excess > 0 {
+            let mut sizes = BTreeMap::<_, usize>::new();
+            for name in &self.names {
+                if let Some((prefix, _)) = name.split_once('.') {
+                    *sizes.entry(prefix.to_owned()).or_default() += size(name);
+                }
+            }
+            let Some((prefix, saved)) = sizes.into_iter().max_by_key(|(_, size)| *size) else { break };
+            excess = (excess + size(&prefix)).saturating_sub(saved);
+            self.names.retain(|name| name.split_once('.').is_none_or(|(group, _)| group != prefix));
+            self.prefixes.push(prefix);
+        }
+        self
+    }
+}
 service! {
-    /// Lists the names of parameters.
-    ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse
+    /// Lists the names of parameters. In a list that is too long for a reply, prefixes stand for names.
+    ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse,
+    too_long |response, bytes, room| ListResponse { result: response.result.shortened(bytes.saturating_sub(room)) }
 }
 service! {
     /// Gets values. If they are too long for a reply, the reply has no values, as with rclcpp's nodes.
-    GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_bytes, _room| Values::default()
+    GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_response, _bytes, _room| Values::default()
 }
 service! {
     /// Gets the types of parameters.

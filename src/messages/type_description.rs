@@ -37,7 +37,7 @@ service! {
     /// Describes a type.
     GetTypeDescription = "type_description_interfaces/srv/GetTypeDescription"
         (GetTypeDescriptionRequest) -> GetTypeDescriptionResponse,
-    too_long |bytes, room| GetTypeDescriptionResponse::failed(format!(
+    too_long |_response, bytes, room| GetTypeDescriptionResponse::failed(format!(
         "the description has {bytes} bytes, and one datagram to this client holds {room}"
     ))
 }

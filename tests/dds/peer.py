@@ -448,7 +448,7 @@ def case_wrench():
     tf_static = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/tf_static", ros.TFMessage), qos=LATCHED)
     for entity in wrenches, tf_static:
         wait_matched(entity, 1)
-    set_parameter("dq_servo", "compliance", True)
+    set_parameter("dq_servo", "contact.compliance", True)
 
     def felt(key, force):
         """The value in the status, while the sensor reports this force along z [N]."""

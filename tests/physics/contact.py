@@ -12,7 +12,7 @@ import dq_servo as dq
 # From the base frame of the servo's chain to that of the model.
 BASES = {"ur5e": np.diag([-1.0, -1.0, 1.0]), "panda": np.eye(3)}
 LENGTH, RADIUS = 0.12, 0.01  # of the tool, a cylinder along z [m]
-SOFT = {"compliance": True}
+SOFT = {"contact.compliance": True}
 DELAYS = [0.0, 0.008, 0.02, 0.05]  # of joint states and wrench [s]
 LATE = 0.006  # what the cycle and the arm add to the delay [s], about
 

@@ -41,7 +41,7 @@ class Contact(unittest.TestCase):
         self.assertEqual(robot.servo.state, "settled")
 
     def test_the_weight_of_two_kilograms_is_found_and_taken_away_in_every_orientation(self):
-        unknown = {"contact.tool_mass": 0.0, "contact.tool_center": [0.0, 0.0, 0.0], "compliance": True}
+        unknown = {"contact.tool_mass": 0.0, "contact.tool_center": [0.0, 0.0, 0.0], "contact.compliance": True}
         robot = c.Touching(c.Equipped(tool=2.0), unknown | {"contact.stiffness": [np.inf] * 6})
         robot.run(0.3)
         turn = lambda angle, axis: robot.home @ dq.Pose.from_angle_axis([0.0, 0.0, 0.0], angle, axis)

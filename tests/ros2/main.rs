@@ -46,7 +46,7 @@ fn a_robot_is_moved_of(distribution: &str) {
 fn a_goal_yields_to_the_wrench_of_a_sensor_of_jazzy() {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
-    host.start_servo("servo", &[&FAST[..], &["-p", "compliance:=true"]].concat());
+    host.start_servo("servo", &[&FAST[..], &["-p", "contact.compliance:=true"]].concat());
     let mut peer = host.command("timeout");
     assert_success(&peer.args(["90", &python("jazzy"), CASES, "wrench"]).output().unwrap());
 }

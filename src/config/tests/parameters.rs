@@ -356,7 +356,7 @@ fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
 #[test]
 fn each_live_number_is_read_as_it_was_set() {
     // The numbers of contact have an effect with compliance only.
-    let store = store().with(&[("compliance".to_owned(), Value::Bool(true))]).unwrap();
+    let store = store().with(&[("contact.compliance".to_owned(), Value::Bool(true))]).unwrap();
     let settings = |store: &ParameterStore| format!("{:?}", ServoParameters::from_store(store).unwrap());
     let before = settings(&store);
     for (declared, value) in store.iter().filter(|(declared, _)| !declared.read_only) {

@@ -37,12 +37,12 @@ impl<'a> ParameterClient<'a> {
     /// [`RosError::Service`] if the node does not answer in time.
     pub async fn list(&mut self) -> Result<Vec<String>, RosError> {
         let client = self.client::<ListParameters>("list_parameters").await?;
-        let names = client.call(ListRequest::default()).await?.result.names;
-        // A list that is too long for the reply is empty.
-        match names.is_empty() {
-            true => Ok(self.announced().await?.into_iter().map(|(name, _)| name).collect()),
-            false => Ok(names),
+        let ListResult { mut names, prefixes } = client.call(ListRequest::default()).await?.result;
+        // In a list that is too long for a reply, prefixes stand for names.
+        if !prefixes.is_empty() {
+            names.extend(client.call(ListRequest { prefixes, depth: 0 }).await?.result.names);
         }
+        Ok(names)
     }
 
     /// Returns all parameters with their values.

@@ -147,7 +147,7 @@ fn encode_reply<S: ServiceType>(
     if bytes <= room {
         return Ok(reply);
     }
-    let excuse = S::too_long(bytes, room)
+    let excuse = S::too_long(response, bytes, room)
         .ok_or_else(|| format!("it has {bytes} bytes, and {room} can reach the client"))?;
     encode(header, &excuse).ok_or_else(unencodable)
 }
