@@ -43,7 +43,7 @@ pub(super) struct Goal {
     /// Two arms: the pose is that of the right tool relative to the left tool
     #[arg(long)]
     dual: bool,
-    /// Frame of the pose; empty for the servo's base frame, or the left tool's
+    /// Frame of the pose. Empty: the servo's base frame; with two arms, the frame of the left tool
     #[arg(long, default_value = "")]
     frame: String,
     /// Give up after this many seconds

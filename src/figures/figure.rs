@@ -195,7 +195,8 @@ impl Figure {
         self.views().any(|view| all.iter().all(|entry| view.legend().iter().any(|its| is_same(its, entry))))
     }
 
-    /// Returns the entries of the figure's legend. On paper, curves with names at their ends have letters there.
+    /// Returns the entries of the figure's legend. On paper, letters in place of names mark the ends of the curves, and the legend
+    /// explains the letters.
     fn shown_in_legend(&self, all: Vec<Series>, is_shared: bool, is_on_paper: bool) -> Vec<Series> {
         let has_names = self.views().any(View::has_names_at_ends);
         match (is_shared, has_names, is_on_paper) {

@@ -71,7 +71,7 @@ pub struct NodeContract {
 }
 
 impl NodeContract {
-    /// Creates the contract of a node with these topics and their names in the node.
+    /// Creates a node's contract from its topics. Each has the name by which the node refers to it.
     pub fn new<N: Into<String>>(topics: impl IntoIterator<Item = (N, TopicContract)>) -> Self {
         Self { topics: topics.into_iter().map(|(name, topic)| (name.into(), topic)).collect() }
     }

@@ -67,8 +67,7 @@ impl Setpoint {
         self.phase = Phase::Leading;
     }
 
-    /// Sets the setpoints of a standing arm that does not follow to the `measured` positions \[rad, prismatic: m\]. They are sent
-    /// once.
+    /// If the arm stands and does not follow, sets its setpoints to the `measured` positions \[rad, prismatic: m\]. They are sent once.
     pub fn go_back(&mut self, measured: &[f64]) {
         match self.phase {
             Phase::GivingWay => {

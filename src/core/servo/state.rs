@@ -42,7 +42,7 @@ named! {
 }
 
 impl State {
-    /// Returns whether the servo drives the arm in this state, other than to rest.
+    /// Returns whether the servo moves the arm in this state. Braking the arm to a standstill does not count.
     pub fn is_driven(self) -> bool {
         matches!(
             self,

@@ -55,8 +55,8 @@ struct Pictures {
     updates: Publisher<InteractiveMarkerUpdate>,
     feedback: Subscription<InteractiveMarkerFeedback>,
     goal_topic: OwnTopic<PoseStamped>,
-    /// The publisher of goals; `None` until a viewer shows the handles of the goal. Without this publisher the servo does not count
-    /// as a publisher of goals.
+    /// The publisher of goals. It is created when a viewer first shows the handles of the goal, and is `None` until then: otherwise
+    /// every servo would appear in the graph as a publisher of goals.
     goals: Option<Publisher<PoseStamped>>,
     goal: Arc<Mutex<GoalMarker>>,
     trace: Trace,

@@ -174,8 +174,8 @@ impl EndpointNames {
         }
     }
 
-    /// Processes the announcements forever. Calls `warn` at the first announcement of a release for which this program was not
-    /// built.
+    /// Processes the announcements forever. Calls `warn` once: when the first announcement arrives from a participant whose release
+    /// of ROS 2 is not the one for which this program was built.
     pub(super) async fn follow(self, announcements: Announcements, warn: impl FnOnce(Release)) {
         let (mut announcements, mut warn) = (std::pin::pin!(announcements.as_async_stream()), Some(warn));
         while let Some(announced) = announcements.next().await {

@@ -8,7 +8,7 @@ use std::ops::Range;
 /// A run with the styles of its curves.
 pub(super) struct StyledRun<'a> {
     pub run: &'a RecordedRun,
-    /// The styles, in the order of time.
+    /// A style for each period in which one law is in force, the earliest first.
     pub styles: Vec<CurveStyle>,
 }
 

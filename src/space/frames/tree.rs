@@ -190,7 +190,7 @@ type Named<'a> = (&'a str, &'a Edge);
 struct Path<'a> {
     /// The edges from the frame whose pose is requested up to the common ancestor.
     up: Vec<Named<'a>>,
-    /// The edges from the base frame up to the common ancestor.
+    /// The edges between the base frame and the common ancestor, the edge at the base frame first.
     down: Vec<Named<'a>>,
 }
 

@@ -23,7 +23,8 @@ pub struct Shifted {
     pub deviation_mm: f64,
 }
 
-/// Runs each law with each shift. Returns the results and two figures: of the paths, and of their distances.
+/// Runs each law with each shift. Returns the results and two figures: the paths, and the distance of
+/// each path from the path with the first shift.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.

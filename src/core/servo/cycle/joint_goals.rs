@@ -99,7 +99,7 @@ impl Servo {
         Ok(self.robot.link.measured()[joint].max(limits.lower[joint]).min(limits.upper[joint]))
     }
 
-    /// Sets the pose of the joint goal in force, if there is one, to the pose of the present tool at the same joint positions.
+    /// Computes the pose of the joint goal in force again, if there is one, after the tool has changed. The joint positions stay.
     pub(super) fn renew_joint_goal(&mut self) {
         let goal = Goal::of(self.joint_line.end_pose());
         let (now, tolerance) = (self.clock.now, self.settings.goal_tolerance);

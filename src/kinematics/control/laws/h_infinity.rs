@@ -36,7 +36,7 @@ impl ControlLaw for HInfinity {
         [0.5 * SQRT_2 / angular, SQRT_2 / linear]
     }
 
-    /// Returns the bounds `γ_O = γ_T` at which the gain is `½ gain` for the rotation and `gain` for the translation.
+    /// Returns the bounds `γ_O = γ_T` with which the law has half of `gain` for the rotation, and `gain` for the translation.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [SQRT_2 / gain; 2]
     }
