@@ -111,7 +111,7 @@ const OF_SERVOS: [(&str, &str); 6] = [
     ),
     ("~/tare", "std_srvs/srv/Trigger: the present wrench counts as no contact"),
     (
-        "~/identify_load",
+        "~/identify_tool",
         "std_srvs/srv/SetBool: true begins, false ends and says the mass on the sensor and its center",
     ),
 ];

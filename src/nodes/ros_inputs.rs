@@ -35,7 +35,7 @@ pub(super) enum Request {
     /// Count the present wrench as no contact.
     Tare(Reply),
     /// Begin (true) to identify the load on the sensor, or end it (false).
-    IdentifyLoad(bool, Reply),
+    IdentifyTool(bool, Reply),
     /// Go to another configuration. The duration is the time since the request was sent.
     Reconfigure(Duration, Reply),
     Shutdown,
@@ -345,11 +345,11 @@ impl RosInputs {
                     reply.answer(self.record.take(servo, Event::Reconfigure { ago }));
                 }
                 Request::Tare(reply) => reply.answer(self.record.take(servo, Event::Tare)),
-                Request::IdentifyLoad(true, reply) => {
-                    reply.answer(self.record.take(servo, Event::IdentifyLoad));
+                Request::IdentifyTool(true, reply) => {
+                    reply.answer(self.record.take(servo, Event::IdentifyTool));
                 }
-                Request::IdentifyLoad(false, reply) => {
-                    reply.say(servo.identified_load().map(|load| load.to_string()))
+                Request::IdentifyTool(false, reply) => {
+                    reply.say(servo.identified_tool().map(|load| load.to_string()))
                 }
                 Request::Stop(reply) => {
                     self.stop(servo);

@@ -236,14 +236,14 @@ fn serve_contact(node: &mut Node, requests: &Sender<Request>) {
         async move { requests::ask(&tare, Request::Tare, done, requests::PATIENCE).await }
     });
     let served = served.and_then(|()| {
-        node.serve_later::<SetBool, _>("~/identify_load", move |SetBoolRequest { data: begins }| {
+        node.serve_later::<SetBool, _>("~/identify_tool", move |SetBoolRequest { data: begins }| {
             let (identify, done) =
                 (identify.clone(), "turn the tool slowly about two horizontal axes, without contact");
-            let request = move |reply| Request::IdentifyLoad(begins, reply);
+            let request = move |reply| Request::IdentifyTool(begins, reply);
             async move { requests::ask(&identify, request, done, requests::PATIENCE).await }
         })
     });
-    served.unwrap_or_else(|why| node.log().warn(&format!("no ~/tare and ~/identify_load: {why}")));
+    served.unwrap_or_else(|why| node.log().warn(&format!("no ~/tare and ~/identify_tool: {why}")));
 }
 
 /// Subscribes to TF for goals in other frames. Returns `None` if the servo takes goals in one frame only, or may not subscribe to TF.

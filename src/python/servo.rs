@@ -140,14 +140,14 @@ impl Servo {
         self.servo.tare();
     }
 
-    /// Begins to identify the load that hangs on the sensor, like `~/identify_load` with true.
-    fn identify_load(&mut self) {
-        self.servo.identify_load();
+    /// Begins to identify the load that hangs on the sensor, like `~/identify_tool` with true.
+    fn identify_tool(&mut self) {
+        self.servo.identify_tool();
     }
 
     /// Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m].
-    fn identified_load<'py>(&mut self, py: Python<'py>) -> PyResult<(f64, Bound<'py, PyArray1<f64>>)> {
-        let Load { mass, center } = self.servo.identified_load().map_err(wrong)?;
+    fn identified_tool<'py>(&mut self, py: Python<'py>) -> PyResult<(f64, Bound<'py, PyArray1<f64>>)> {
+        let Load { mass, center } = self.servo.identified_tool().map_err(wrong)?;
         Ok((mass, array(py, center.as_slice())))
     }
 

@@ -142,8 +142,8 @@ pub enum Recorded<'a> {
     Wrench(WrenchReading<'a>),
     /// [`Event::Tare`].
     Tare,
-    /// [`Event::IdentifyLoad`].
-    IdentifyLoad,
+    /// [`Event::IdentifyTool`].
+    IdentifyTool,
 }
 
 impl<'a> Recorded<'a> {
@@ -180,7 +180,7 @@ impl<'a> Recorded<'a> {
             Event::Twist(twist) => Self::Twist(twist),
             Event::Wrench(wrench) => Self::Wrench(wrench),
             Event::Tare => Self::Tare,
-            Event::IdentifyLoad => Self::IdentifyLoad,
+            Event::IdentifyTool => Self::IdentifyTool,
             Event::Configure(_) | Event::Unusable(_) => return None,
         })
     }
@@ -221,7 +221,7 @@ impl<'a> Recorded<'a> {
                 Event::Wrench(WrenchReading { stamp_age: wrench.stamp_age.map(bounded), ..*wrench })
             }
             Self::Tare => Event::Tare,
-            Self::IdentifyLoad => Event::IdentifyLoad,
+            Self::IdentifyTool => Event::IdentifyTool,
             Self::Twist(twist) => Event::Twist(TwistReading { sent: bounded_sent(twist.sent), ..*twist }),
         })
     }

@@ -45,11 +45,11 @@ class Contact(unittest.TestCase):
         robot = c.Touching(c.Equipped(tool=2.0), unknown | {"contact.stiffness": [np.inf] * 6})
         robot.run(0.3)
         turn = lambda angle, axis: robot.home @ dq.Pose.from_angle_axis([0.0, 0.0, 0.0], angle, axis)
-        robot.servo.identify_load()
+        robot.servo.identify_tool()
         for angle, axis in [(0.5, [1.0, 0.0, 0.0]), (-0.5, [1.0, 0.0, 0.0]), (0.5, [0.0, 1.0, 0.0]), (-0.5, [0.0, 1.0, 0.0])]:
             robot.go(turn(angle, axis))
             robot.run(8.0, until="settled", linger=0.5)
-        mass, center = robot.servo.identified_load()
+        mass, center = robot.servo.identified_tool()
         self.assertAlmostEqual(mass, 2.0, delta=0.02)
         self.assertLess(np.max(np.abs(center - [0.0, 0.0, c.LENGTH / 2])), 2e-3)
         robot.servo.configure({"contact.tool_mass": mass, "contact.tool_center": list(center)})

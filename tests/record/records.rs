@@ -62,7 +62,7 @@ fn a_record_reads_back_bit_for_bit_and_a_truncated_one_is_rejected() {
             stamp_age: Some(Duration::from_micros(3)),
         }),
         Event::Tare,
-        Event::IdentifyLoad,
+        Event::IdentifyTool,
     ];
     let mut bytes = Vec::new();
     CycleRecord::begin(300, Duration::from_nanos(1 << 40), &mut bytes);

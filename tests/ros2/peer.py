@@ -227,7 +227,7 @@ def case_wrench():
     node.create_timer(0.008, publish)
     states = listen(node, DiagnosticStatus, "dq_servo/status")
     status = lambda: wait("a status", lambda: newest(states), node)
-    tare, identify = node.create_client(Trigger, "dq_servo/tare"), node.create_client(SetBool, "dq_servo/identify_load")
+    tare, identify = node.create_client(Trigger, "dq_servo/tare"), node.create_client(SetBool, "dq_servo/identify_tool")
     assert tare.wait_for_service(20.0) and identify.wait_for_service(20.0)
     wait("the wrench", lambda: abs(float(values(status()).get("contact_force_n", 0.0)) - 7.0) < 1e-6, node)
     end = time.monotonic() + 1.5

@@ -60,8 +60,8 @@ pub enum Event<'a> {
     Wrench(WrenchReading<'a>),
     /// Calls [`Servo::tare`].
     Tare,
-    /// Calls [`Servo::identify_load`].
-    IdentifyLoad,
+    /// Calls [`Servo::identify_tool`].
+    IdentifyTool,
     /// A message could not be converted, for this reason.
     Unusable(Rejection),
 }
@@ -163,7 +163,7 @@ impl Servo {
             Event::Twist(twist) => self.take_twist(&twist, now)?,
             Event::Wrench(wrench) => return self.take_wrench(&wrench, now),
             Event::Tare => self.tare(),
-            Event::IdentifyLoad => self.identify_load(),
+            Event::IdentifyTool => self.identify_tool(),
             Event::Unusable(why) => self.counted(Err(why))?,
         }
         Ok(true)

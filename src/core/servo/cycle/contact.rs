@@ -43,8 +43,8 @@ impl Servo {
     }
 
     /// Begins to identify the load on the sensor. Turn the tool slowly about two horizontal axes, without contact, and call
-    /// [`identified_load`](Self::identified_load).
-    pub fn identify_load(&mut self) {
+    /// [`identified_tool`](Self::identified_tool).
+    pub fn identify_tool(&mut self) {
         self.contact.sensor.begin_identification();
     }
 
@@ -52,7 +52,7 @@ impl Servo {
     ///
     /// # Errors
     /// The [`Rejection`], which is counted, if the tool was not turned about two axes.
-    pub fn identified_load(&mut self) -> Result<Load, Rejection> {
+    pub fn identified_tool(&mut self) -> Result<Load, Rejection> {
         let load = self.contact.sensor.end_identification();
         self.counted(load.map_err(Rejection::from))
     }

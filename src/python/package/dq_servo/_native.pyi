@@ -235,10 +235,10 @@ class Servo:
     def tare(self) -> None:
         """From now on, counts the present wrench as no contact, like `~/tare`."""
 
-    def identify_load(self) -> None:
-        """Begins to identify the load that hangs on the sensor, like `~/identify_load` with true."""
+    def identify_tool(self) -> None:
+        """Begins to identify the load that hangs on the sensor, like `~/identify_tool` with true."""
 
-    def identified_load(self) -> tuple[float, Array]:
+    def identified_tool(self) -> tuple[float, Array]:
         """Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m]."""
 
     def configure(self, parameters: Parameters | None = None, *, law: Law | None = None) -> None:
