@@ -6,8 +6,8 @@ use nalgebra::{Vector3, Vector6};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The damping is at least this factor times what a contact with the given stiffness needs at the given delay. At a factor of 2/π,
-/// the contact would oscillate forever.
+/// The least damping, as a multiple of `k T`, with the stiffness `k` of the contact and the delay `T`. At a multiple of 2/π, the
+/// contact would oscillate forever.
 const MARGIN: f64 = 1.5;
 
 /// How the goal yields to the wrench at the tool. Lists of six numbers are for motion along x, y, z and about x, y, z of the
@@ -60,7 +60,7 @@ pub struct Compliance {
     pub gravity: [f64; 3],
 }
 
-/// Puts the numbers for motion about x, y, z before those for motion along x, y, z, as twists have them here.
+/// Puts the numbers for motion about x, y, z before those for motion along x, y, z, as in twists.
 pub(crate) fn angular_first(numbers: &[f64; 6]) -> Vector6<f64> {
     let [x, y, z, about @ ..] = *numbers;
     Vector6::new(about[0], about[1], about[2], x, y, z)

@@ -8,9 +8,10 @@ use nalgebra::{UnitQuaternion, Vector6};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// After a stop, the wrench may be this many times as large before the arm stops again. So the arm can leave the contact.
+/// After a wrench has stopped the arm, the wrench may grow to this many times its size at that stop before the arm stops again. So
+/// the arm can leave the contact.
 const LEAVING: f64 = 1.2;
-/// Below this fraction of the limit, the contact has ended.
+/// The contact has ended when force and torque are both below this fraction of their limits.
 const LEFT: f64 = 0.8;
 
 /// Why a contact stops the arm.

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The mass is known if the directions of gravity in the tool frame spread by at least this fraction of gravity about two axes.
+/// The load is known if the unit vector along gravity, in the tool frame, varies with at least this amplitude along two axes.
 const SPREAD: f64 = 0.2;
 
 /// What hangs on the sensor.

@@ -36,8 +36,8 @@ struct Touch {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SignWatch {
     touch: Option<Touch>,
-    /// The velocity of the tool when it was last without a contact [m/s]. Without a contact, the tool does not move because it
-    /// yields.
+    /// The velocity of the tool when it was last without a contact [m/s]. This motion does not result from yielding, because there
+    /// was no contact.
     velocity: Vector3<f64>,
 }
 

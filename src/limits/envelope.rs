@@ -84,7 +84,8 @@ impl Envelope {
     }
 
     /// Slows the joints so that the tool keeps its speed limits. The tool may be too fast because these limits were lowered, or
-    /// because single joints changed their speeds. The speed that counts is the tool's speed after the accelerations have ended.
+    /// because individual joints changed their speeds. This function limits the speed that the tool has after the joints'
+    /// accelerations have ended.
     ///
     /// If the tool is still too fast, no joint continues to accelerate. With limited jerk such a joint would have to slow down
     /// again, and the tool would be too fast repeatedly.
@@ -100,9 +101,9 @@ impl Envelope {
 
     /// Slows the joints toward the speeds at which the tool keeps its limits. Returns true if the tool already keeps them.
     ///
-    /// Either each joint slows down as far as it can, or all joints slow down along one line, whichever makes the tool slower.
-    /// Joints that slow down independently may turn a tool whose rotation they cancelled before. Along the line, a weak joint
-    /// delays the others.
+    /// Either each joint slows down as far as it can, or all joints slow down along one line in joint space, whichever makes the
+    /// tool slower. Joints that slow down independently may turn a tool whose rotation they cancelled before. Along the line, a
+    /// weak joint delays the others.
     fn slow_at_rest(&mut self, limits: &Limits, arms: &Arms, velocity: &mut [f64]) -> bool {
         let factor = self.share_at_rest(limits, arms, velocity);
         if factor >= 1.0 {

@@ -28,7 +28,7 @@ pub struct PositionLimits {
 const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
 
 impl PositionLimits {
-    /// Returns joint positions near `positions`, for a goal that the arm can reach: the tool pose at these positions.
+    /// Returns joint positions near `positions`. The tool pose at the returned positions is a goal that the arm can reach.
     ///
     /// The range of each joint is within its limits less the margin. Each joint is displaced upward by 0.3 rad (prismatic: 0.1 m).
     /// If this displacement would leave the range, the joint is displaced downward instead. If both displacements would leave the
@@ -77,8 +77,8 @@ impl PositionLimits {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
-    /// Returns whether `position` is beyond one limit of joint number `joint`, or at most the margin away from this limit. It is
-    /// the upper limit if `direction` is positive, otherwise the lower limit.
+    /// Returns whether `position` is beyond one limit of joint number `joint`, or at most the margin away from this limit. This
+    /// limit is the upper one if `direction` is positive, otherwise the lower one.
     pub fn is_near_towards(&self, joint: usize, position: f64, direction: f64) -> bool {
         let room = if direction > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin

@@ -41,9 +41,9 @@ pub(crate) struct ArmLink {
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The displacement of each joint commanded in the last [`LATELY`] \[rad, prismatic: m\].
+    /// The displacement that was commanded to each joint in the last [`LATELY`] \[rad, prismatic: m\].
     asked: Vec<f64>,
-    /// The mean speed of each joint commanded in the last [`LATELY`] [rad/s, prismatic: m/s].
+    /// The mean speed that was commanded to each joint in the last [`LATELY`] [rad/s, prismatic: m/s].
     means: Vec<f64>,
     /// The index of each joint of the arm in the last message.
     places: Vec<usize>,
@@ -161,8 +161,8 @@ impl ArmLink {
         Ok(true)
     }
 
-    /// Takes a message with some of the arm's joints. Together with earlier messages it is a complete joint state if each joint was
-    /// in a message within the last `silence`.
+    /// Takes a message with some of the arm's joints. A joint state is complete when each joint has a reading that is newer than
+    /// the last complete joint state. Returns an error if some joint has no reading within the last `silence`.
     fn take_part(
         &mut self,
         reading: &JointReading,

@@ -103,8 +103,8 @@ impl Latency {
         }
     }
 
-    /// Notes a joint state that arrived at `now`, after the previous one at `before`. `stamp_age` is its age by its stamp. Returns
-    /// the age that the estimator assumes.
+    /// Notes a joint state that arrived at `now`, after the previous one at `before`. `stamp_age` is the age of the new joint state
+    /// by its stamp. Returns the age that the estimator assumes for this joint state.
     pub fn hear(&mut self, now: Duration, before: Option<Duration>, stamp_age: Option<Duration>) -> Duration {
         if let Some(before) = before {
             let interval = now.saturating_sub(before).min(LONGEST_AGE).as_secs_f64();

@@ -113,8 +113,8 @@ impl Link {
         })
     }
 
-    /// Drops the recorded losses of all arms, because consent was revoked for them. Also lets the hold of an arm that does not
-    /// follow return to 0, until the servo drives this arm again.
+    /// Drops the recorded times at which the arms stopped following, because consent was revoked on account of them. Also lets the
+    /// hold of an arm that does not follow return to 0, until the servo drives this arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -209,13 +209,14 @@ impl Link {
         &self.predicted
     }
 
-    /// Returns the arrival time of each arm's last joint state, for the arm for which this time is the earliest. Returns `None`
-    /// until the state of each arm is known.
+    /// Returns when the last joint state of an arm arrived, for the arm whose last joint state is the oldest. Returns `None` until
+    /// each arm has sent a joint state.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the interval of an arm's joint states if they arrive too rarely for `state_timeout`; otherwise `None`.
+    /// Returns the longest interval of joint states among the arms whose joint states arrive too rarely for `state_timeout`; `None`
+    /// if there is no such arm.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
@@ -283,12 +284,12 @@ impl Link {
         fixed.map_or(estimated, |latency| latency.as_secs_f64())
     }
 
-    /// Returns the data from which the braking before a position limit is computed. The first argument has one list each, with one
+    /// Returns the data from which the braking before a position limit is computed. The first argument has three lists with one
     /// number per joint: the decelerations [rad/s², prismatic: m/s²], the jerk limits [rad/s³, prismatic: m/s³], and the changes of
     /// speed by the last command [rad/s, prismatic: m/s]. `period` is the control period \[s\].
     ///
-    /// The delay in the result includes the largest recent lateness, because a command may stay in force for as long again. The
-    /// delay that limits the law's gain does not include it.
+    /// The delay in the result includes the largest recent lateness, because the next command may be just as late. The delay that
+    /// limits the law's gain does not include this lateness.
     pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
         let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
         let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();

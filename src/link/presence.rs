@@ -52,8 +52,8 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
-    /// The size of the displacement of each joint that was commanded recently \[rad, prismatic: m\]. After a limit was lowered, it
-    /// may exceed the displacement at `speeds`.
+    /// The size of the displacement that was recently commanded to each joint \[rad, prismatic: m\]. If the limits in `speeds` were
+    /// lowered since the command, this size may exceed the displacement that they allow.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],

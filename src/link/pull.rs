@@ -31,9 +31,9 @@ const FASTEST_CHANGE: f64 = 1.0;
 /// A joint stands if it is slower than this [rad/s, prismatic: m/s].
 const STANDSTILL: f64 = 0.01;
 
-/// From this speed on, or from a change of speed of this size on, a motion does not count for the estimate [rad/s, prismatic: m/s].
-/// The weight of slower motions falls linearly from standstill to this speed. In fast or changing motion, an error of the estimated
-/// delay looks like a pull.
+/// A motion does not count for the estimate if its speed, or the change of its speed, is at least this [rad/s, prismatic: m/s]. In
+/// such a motion, an error of the estimated delay looks like a pull. The weight of slower motions falls linearly from standstill to
+/// this speed.
 const FAST: f64 = 0.1;
 
 /// The fraction of a joint's acceleration limit that its hold may use.

@@ -196,7 +196,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Drops the recorded losses, because consent was revoked for them.
+    /// Drops the recorded times at which the arm stopped following, because consent was revoked on account of them.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }

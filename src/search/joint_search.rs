@@ -194,7 +194,7 @@ impl Search {
     }
 
     /// Stores the positions found if their travel time is shorter than that of all positions before. First shifts each revolute
-    /// joint by whole turns, within its limits, to the equal position nearest to the arm.
+    /// joint by whole turns, within its limits, to the equal position that is nearest to the joint's position when the servo asked.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;

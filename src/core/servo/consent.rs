@@ -6,9 +6,9 @@
 //! again. Every message ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of
 //! one message.
 //!
-//! A revocation revokes every push up to a time. For `~/stop` this is the time of the stop. For a robot that has appeared it is
-//! `rearm_timeout` earlier, and for a robot that has jumped it is the time of the joint state before the jump. Two publishers that
-//! push at the same time are rivals, and revoke each other.
+//! A revocation revokes every push that began up to a certain time. For `~/stop`, this is the time of the stop. For a robot that
+//! has appeared, it is `rearm_timeout` before the robot appeared. For a robot that has jumped, it is the time of the joint state
+//! before the jump. Two publishers that push at the same time are rivals, and revoke each other.
 
 use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
@@ -83,7 +83,7 @@ impl Revoked {
     }
 }
 
-/// Whether the arm may move: the last request, and the event that has revoked it.
+/// The consent to move: the last request, the last revocation, and whether the servo is paused or stopping.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Consent {
     request: Option<MotionRequest>,
@@ -161,7 +161,8 @@ impl Push {
 pub(super) struct MotionRequests {
     consent: Consent,
     pub(super) pushes: Vec<Push>,
-    /// When a twist last moved the arm, if one has. This twist revokes every goal pushed until that time.
+    /// The revocation by the twist that last moved the arm; `None` if no twist has. It revokes every goal that was pushed until
+    /// that twist.
     jogged: Option<Revoked>,
 }
 
@@ -231,8 +232,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current request. Returns whether it begins a new push. A request for a goal keeps the time of push of
-    /// the request that it replaces, if that time is later and the replaced request is in force.
+    /// Makes `request` the current request. Returns whether it begins a new push. If `request` is for a goal and replaces a request
+    /// that is not revoked, `request` gets the later of the two push times.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());
@@ -274,7 +275,7 @@ impl MotionRequests {
         }
     }
 
-    /// Notes that a twist moves the arm at `now`. The twist revokes every goal until then.
+    /// Notes that a twist moves the arm at `now`. The twist revokes every goal that was pushed until then.
     pub fn jog(&mut self, now: Duration) {
         let jogged = Revoked { until: now, at: now, why: Revocation::Jogged };
         let goals =

@@ -55,7 +55,7 @@ pub struct Servo {
     mode: Mode,
     /// The goal that the program has set by [`Servo::set_goal`] since the last cycle, if any.
     set: Option<UnitDualQuaternion>,
-    /// The recent goals of a stream. They show how the goal moves, and whether the tool carries it.
+    /// The recent goals of a stream. The servo estimates the twist of a moving goal from them.
     stream: GoalStream,
     explanation: Explanation,
     escape: Escape,
@@ -147,7 +147,7 @@ impl Servo {
 
     /// Applies `settings` from the next cycle on. A change ends a stall, unless the previous change was less than
     /// `progress_timeout` ago: so constant changes do not restart a stalled motion. Another tool or another aim revokes consent,
-    /// because nobody has requested that motion.
+    /// because nobody has requested a motion with the new tool or aim.
     ///
     /// # Errors
     /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if their `interface` differs. The present settings
@@ -280,8 +280,9 @@ impl Servo {
     /// Returns the output for the robot after this cycle, one number per joint, or `None` if nothing is to be sent. These are
     /// velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
     ///
-    /// It is `None` until the arm is first driven, because a controller of another kind might take even a zero command for a
-    /// motion. It is also `None` for an arm that takes positions if something else has moved the arm since.
+    /// It is `None` until the arm is first driven, because a controller of another kind might move the arm even on a zero command.
+    /// For an arm that takes positions, it is also `None` after something else has moved the arm, until the servo drives the arm
+    /// again.
     pub fn output(&self) -> Option<&[f64]> {
         self.output.to_send()
     }
@@ -332,7 +333,7 @@ impl Servo {
         self.arms().map(Arms::pose)
     }
 
-    /// Returns the smallest singular value of the controlled Jacobian at the joint state of the last cycle.
+    /// Returns the smallest singular value of the Jacobian of the controlled pose at the joint state of the last cycle.
     pub fn smallest_singular_value(&self) -> f64 {
         self.settings.controller.smallest_singular_value(self.robot.arms.state())
     }

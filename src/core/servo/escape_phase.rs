@@ -39,8 +39,8 @@ impl Phase {
     /// which the law alone would move the joints along the escape [rad/s, prismatic: m/s]. The escape ends if `speed` is at least
     /// `ESCAPE_SPEED`.
     ///
-    /// The escape also ends if the error grows, or if a number is NaN. `fall` is the fraction by which the error shrinks per rad of
-    /// the escape [1/rad].
+    /// The escape also ends if the error grows, or if a number is NaN. It has failed if `travelled` exceeds `LONGEST`. `fall` is
+    /// the fraction by which the error shrinks per rad of the escape [1/rad].
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < ESCAPE_SPEED && fall >= -RISE;
         match leads_on {

@@ -29,8 +29,8 @@ const FEWEST: usize = 4;
 /// The largest number of goals that are kept.
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried in addition to lag zero. Their product with `LAG_STEP` is the longest delay at which the servo
-/// recognizes an earlier pose of the tool as a goal. With a longer delay the arm could hardly run away.
+/// Number of lags that are tried in addition to lag zero. Their product with `LAG_STEP` is the longest delay with which the servo
+/// recognizes that a goal is an earlier pose of the tool. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
@@ -58,7 +58,7 @@ const FOLLOWED: f64 = 0.4;
 /// The tool counts as having reached a goal if the error is at most this many tolerances.
 const REACHED: f64 = 10.0;
 
-/// The tool counts as carrying a goal if it has moved this far \[m, rad\] and still explains the goal's motion.
+/// The tool counts as carrying a goal if the tool has moved this far \[m, rad\] and its motion still explains the goal's motion.
 const CARRIED: [f64; 2] = [0.1, 0.3];
 
 /// Compares the motion of a goal with the motion of the tool. Each array of two has an element for position and one for rotation.
@@ -185,7 +185,7 @@ impl Explanation {
     }
 
     /// Returns, for position and rotation, whether feed-forward brings the tool nearer to its goal. This is so if the error is
-    /// clearly smaller than the law alone would leave at the goal's speed.
+    /// clearly smaller than the error that the law would leave at the goal's speed without feed-forward.
     fn follows(&self, nearness: &Nearness) -> [bool; 2] {
         let (Some(first), Some(last)) = (self.goals.front(), self.goals.back()) else { return [false; 2] };
         let Nearness { error, rates, .. } = nearness;

@@ -1,5 +1,5 @@
-//! What the servo is doing: idle, moving to a goal, or following a twist. Each variant owns the state that its monitoring needs, so
-//! this state ends with the mode.
+//! What the servo is doing: idle, moving to a goal, or following a twist. Each variant of `Mode` owns the state that its monitoring
+//! needs, so this state ends with the mode.
 
 use super::error_trend::ErrorTrend;
 use super::escape_phase::EscapePhase;
@@ -65,7 +65,7 @@ pub(super) struct Pursuit {
     /// When the goal's last message arrived.
     heard: Duration,
     /// The goal with which the motion began or, if a stream has moved the goal since, the goal of the last such move. A goal that
-    /// equals this goal within the tolerances is not a move.
+    /// equals this goal within the tolerances does not count as a move.
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,

@@ -15,7 +15,7 @@ pub enum Outcome {
     Underway,
     /// The arm has settled at the goal, and for [`STREAM`](super::STREAM) no stream has moved the goal.
     Arrived,
-    /// The motion has stalled. It continues if something changes.
+    /// The motion has stalled. It continues when the stall ends, for example after a change of the settings.
     Stalled(Stall),
     /// Another goal was taken before the motion ended.
     Replaced,

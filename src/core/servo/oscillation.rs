@@ -9,7 +9,8 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The length of the window in which reversals are counted. The commands oscillate only if two successive windows show it.
+/// The length of the window in which reversals are counted. The commands count as oscillating only if two successive windows show
+/// an oscillation.
 const WINDOW: Duration = Duration::from_millis(900);
 
 /// If one joint reverses this many times per window, the commands oscillate, even if the law's error does not reverse. This is 4.4

@@ -4,13 +4,13 @@ use dq_metrics::{GoalError, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law does not stall
-/// if it does arrive. With a timeout of 5 s, the error may take 52 min from 0.5 m to 1 mm, for which a gain of 0.003/s is enough. A
-/// redundant arm drifts under a payload, which changes its error by up to half of this fraction.
+/// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law that still
+/// reaches the goal does not stall. With a timeout of 5 s, the error may take 52 min from 0.5 m to 1 mm, for which a gain of
+/// 0.003/s is enough. The drift of a redundant arm under a payload changes the error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
-/// The fraction by which an error has to shrink if the arm need not wait for a slow law, because it may reach the goal by a
-/// reconfiguration.
+/// The fraction by which an error has to shrink within each `progress_timeout` if the arm may reach the goal by a reconfiguration
+/// instead. The arm then need not wait for a slow law.
 pub(super) const BRISK: f64 = 0.2;
 
 /// The smallest errors of a motion so far, and how long the arm was driven since the last progress.
@@ -35,8 +35,8 @@ impl Progress {
     /// last progress.
     ///
     /// An error outside its tolerance makes progress when it reaches a new minimum that is below the last minimum by the fraction
-    /// `share` or by a whole tolerance. The law's own error counts, too. A law may trade position for rotation: even if the goal
-    /// differs only in rotation, the tool may first move meters away.
+    /// `share` or by a whole tolerance. The law's own error counts, too, because a law may trade position for rotation: even if the
+    /// goal differs only in rotation, the tool may first move meters away.
     pub fn update(
         &mut self,
         driven: Duration,

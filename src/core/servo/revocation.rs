@@ -41,8 +41,8 @@ pub enum Revocation {
     IsElsewhere(usize, f64, JointKind),
     /// Two publishers sent this input.
     Rivals(Contended),
-    /// A joint is too far from its setpoint: its number (from 1, arm after arm), the distance from the expected position \[rad,
-    /// prismatic: m\], and its kind.
+    /// A joint is too far from its setpoint: its number (from 1, arm after arm), the distance between its setpoint and its
+    /// predicted position \[rad, prismatic: m\], and its kind.
     FellBehind(usize, f64, JointKind),
     /// A joint did not obey: its number (from 1, arm after arm), and for how long \[s\].
     NotObeyed(usize, f64),

@@ -22,8 +22,8 @@ enum Phase {
     Released,
     /// The setpoints advance by the commands.
     Leading,
-    /// The arm does not follow. Once it should stand, the setpoints return to the measured positions. So the arm does not jump when
-    /// it is freed.
+    /// The arm does not follow. Once the command is zero, the setpoints return to the measured positions. So the arm does not jump
+    /// when nothing blocks it any more.
     GivingWay,
     /// The setpoints are the measured positions. They are sent one last time.
     Back,
@@ -52,7 +52,7 @@ impl Setpoint {
         self.speeds.fill(0.0);
     }
 
-    /// Notes that the arm does not follow, so that the setpoints return to its positions once it should stand.
+    /// Notes that the arm does not follow. The setpoints then return to the measured positions once the command is zero.
     pub fn give_way(&mut self) {
         if self.phase == Phase::Leading {
             self.phase = Phase::GivingWay;
@@ -67,7 +67,8 @@ impl Setpoint {
         self.phase = Phase::Leading;
     }
 
-    /// If the arm stands and does not follow, sets its setpoints to the `measured` positions \[rad, prismatic: m\]. They are sent once.
+    /// If the arm does not follow, sets the setpoints to the `measured` positions \[rad, prismatic: m\]. The next call drops the
+    /// setpoints, so that they are sent only once. Call this while the command is zero.
     pub fn go_back(&mut self, measured: &[f64]) {
         match self.phase {
             Phase::GivingWay => {

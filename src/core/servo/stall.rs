@@ -27,7 +27,7 @@ pub enum Stall {
     Constrained(ClosePair),
     /// The commands oscillate.
     Oscillating,
-    /// A payload or gravity cancels the law's velocity, so that the arm stands next to its goal.
+    /// A payload or gravity cancels the law's velocity, so that the arm stands short of its goal.
     Sagging {
         /// The number of the joint that the payload or gravity slows most.
         joint: usize,

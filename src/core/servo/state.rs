@@ -24,8 +24,8 @@ named! {
         JointLimit = "joint_limit",
         /// On the way to the goal, but an obstacle or the arm itself is in the path.
         Constrained = "constrained",
-        /// The arm does not move as commanded, or nobody subscribes to the commands. The servo sends zeros, and tries gently once a
-        /// second.
+        /// The arm does not move as commanded, or nobody subscribes to the commands. The servo sends zeros, and once a second tries
+        /// to move the arm gently.
         NotFollowing = "not_following",
         /// The joint state is older than `state_timeout`: decelerating, then standing.
         StaleState = "stale_state",

@@ -188,8 +188,8 @@ impl GoalStream {
         }
     }
 
-    /// Fits a motion to the poses by least squares. Fewer than three poses give a constant twist; otherwise the twist changes at a
-    /// constant rate. Returns `None` if the poses span no time.
+    /// Fits a motion to the poses by least squares. With fewer than three poses, the fitted twist is constant; otherwise it changes
+    /// at a constant rate. Returns `None` if the poses span no time.
     fn find_fit(&self) -> Option<Fit> {
         let (first, newest) = (self.samples.front()?, self.samples.back()?);
         let span = seconds(newest.time.saturating_sub(first.time));
@@ -222,8 +222,8 @@ impl GoalStream {
     /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` tells
     /// whether position and rotation move independently of the tool. If not, they count as standing.
     ///
-    /// Extrapolates from the newest pose for at most the largest recent age of a pose. After that, the goal counts as standing at
-    /// the last extrapolated pose for the same time again; then this returns `None`.
+    /// Let `T` be the largest age that a recent pose had when the next pose arrived. Up to an age `T` of the newest pose,
+    /// extrapolates from this pose. Up to an age `2 T`, the goal stands at the last extrapolated pose. After that, returns `None`.
     pub fn at(&self, now: Duration, by_itself: [bool; 2]) -> Option<MovingGoal> {
         let fit = self.believed(by_itself)?;
         let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());

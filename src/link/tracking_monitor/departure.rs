@@ -40,8 +40,8 @@ const LONGEST_PROBE: f64 = 0.02;
 /// The least commanded distance after which the monitor may conclude that a joint does not respond \[rad, prismatic: m\].
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
-/// How long a joint that has responded must stand, in addition to the response time, to count as stuck. It counts only while the
-/// joint is commanded to move by at least [`PROBE_DISTANCE`].
+/// How long a joint that has responded must stand, in addition to the response time, to count as stuck. The time starts when the
+/// joint should have moved by [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
 /// The speed from which on a joint that has responded is not judged by changes [rad/s, prismatic: m/s]. The monitor then compares
@@ -95,7 +95,7 @@ pub(super) struct Answer<'a> {
     pub pull: &'a [f64],
 }
 
-/// The state of a joint at a time from which on its motion is compared with its commands.
+/// The state of a joint at one time. From that time on, the monitor compares the joint's motion with its commands.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Anchor {
     time: Duration,
@@ -274,8 +274,8 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Returns `None` unless the joint has failed to respond for too long. Then returns the time at which it should have responded,
-    /// and whether it moves backward. The arm moves the fraction `factor` of its commanded distance.
+    /// Returns the time at which the joint should have responded, and whether it moves backward, if the joint has failed to respond
+    /// for too long. Otherwise returns `None`. The arm moves the fraction `factor` of its commanded distance.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
         let responds = |anchor: &Anchor, factor: f64| {

@@ -26,8 +26,8 @@ impl Place {
         UnitDualQuaternion::from_parts(self.rotation, self.translation)
     }
 
-    /// Interpolates the pose at the fraction `s` of the motion to `next`. If the rotation between the two is a half turn, takes the
-    /// nearer of their rotations.
+    /// Interpolates the pose at the fraction `s` of the motion to `next`. If the rotation between the two poses is a half turn,
+    /// takes the rotation of the nearer pose.
     fn towards(&self, next: &Self, s: f64) -> UnitDualQuaternion {
         let nearer = if s < 0.5 { self.rotation } else { next.rotation };
         let rotation = self.rotation.try_slerp(&next.rotation, s, HALF_TURN).unwrap_or(nearer);

@@ -20,7 +20,7 @@ struct Ring {
     along: f64,
     /// The radius of the circle \[m\].
     across: f64,
-    /// The thickness of the torus, as a radius \[m\].
+    /// The radius of the tube of the torus \[m\].
     thick: f64,
 }
 
@@ -162,7 +162,7 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
 const MOST_OF_ONE: usize = 64;
 
 /// Merges capsules of the same joint. One capsule around two others replaces them if its volume is at most the sum of theirs. While
-/// there are more than `most` capsules in total, also merges the two capsules of one joint for which this adds the least volume.
+/// there are more than `most` capsules in total, also merges the two capsules of one joint whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();

@@ -45,7 +45,7 @@ struct Face {
     triangles: Vec<[Vector3<f64>; 3]>,
 }
 
-/// Least thickness of a hull, in meters and as a fraction of the hull's length. A thinner hull counts as flat.
+/// A hull counts as flat if its thickness is at most this many meters, or at most this fraction of its length.
 pub(super) const FLAT: f64 = 1e-6;
 
 /// A point counts as in a plane if its distance from the plane is at most this fraction of the hull's length.

@@ -117,11 +117,11 @@ impl Servo {
         self.robot.link.delay() + self.clock.period
     }
 
-    /// Applies the `offset` of the contact to the goal, and returns the goal that has yielded. The goal is `moving` or, if that is
-    /// `None`, the goal of `pursuit`, which stands. If there is no offset, returns `moving`.
+    /// Applies the `offset` of the contact to the goal, and returns the goal that has yielded. If `moving` is `None`, the goal is
+    /// the goal of `pursuit`, which stands still. If there is no offset, returns `moving`.
     ///
-    /// The offset `x` moves with the goal. If the goal has the body twist `ξ_d` and the offset has `v`, the yielded goal has
-    /// `Ad_{x⁻¹} ξ_d + v`.
+    /// The offset `x` moves with the goal. If `ξ_d` is the body twist of the goal and `v` the body twist of the offset, the yielded
+    /// goal has the body twist `Ad_{x⁻¹} ξ_d + v`.
     pub(super) fn yielded(
         offset: &dq_contact::Admittance,
         moving: Option<MovingGoal>,

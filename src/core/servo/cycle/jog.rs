@@ -15,7 +15,8 @@ impl Servo {
 
     /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that one
     /// publisher sends without a silence are one [`MotionRequest`], as if a user held a joystick. A zero twist ends this request,
-    /// as if the joystick were released, and does not drop a goal. If two publishers send twists, the first publisher counts.
+    /// as if the joystick were released, and does not drop a goal. While a twist of one publisher is in force, twists of other
+    /// publishers do not move the arm.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -45,8 +46,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist, unless its request is revoked. A revoked request does not move the arm. If no other publisher's request is
-    /// current, it still becomes the current request, so that the servo reports the revocation.
+    /// Follows a twist, unless its request is revoked. A revoked request does not move the arm. It becomes the current request if
+    /// no other publisher's request is current. So the servo reports why the twist does not move the arm.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {

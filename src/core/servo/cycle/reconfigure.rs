@@ -1,8 +1,8 @@
 //! Reconfiguration of a stalled motion: the arm moves to another configuration along a straight line in joint space. From there the
 //! law continues.
 //!
-//! The positions come from a [`Search`], which the servo [asks](Servo::ask) and the caller runs. Its result is an event, like every
-//! input from the robot.
+//! The positions come from a [`Search`]. The servo puts the [question](Servo::ask), and the caller runs the search. The result of
+//! the search is an event, like every input from the robot.
 
 use super::Servo;
 use crate::servo::mode::{Pursuit, Watch};

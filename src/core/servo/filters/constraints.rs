@@ -17,8 +17,9 @@ const DELAYS: f64 = 5.0;
 /// The fraction of the acceleration limit that braking for gaps uses.
 const SHARE: f64 = 0.5;
 
-/// A gap below the clearance must grow. It must grow at this fraction, or more, of the fastest rate that the joints could reach for
-/// it at the desired speeds. Otherwise joints that move along the gap would close the gap, because their paths bend.
+/// A gap below the clearance must grow at the rate that [`Constraints`] requires, but at most at this fraction of a largest rate:
+/// the rate at which the gap would grow if every joint widened it at its desired speed. Without this rule, joints that move along
+/// the gap would close it, because their paths bend.
 const LEAVING: f64 = 0.1;
 
 /// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
@@ -37,8 +38,8 @@ const MOST_GAPS: usize = 200;
 ///
 /// Let `θ̇_w` be the desired velocity. If the desired motion is a motion of the tool, the nearest velocity is the one with the
 /// nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing
-/// arm satisfies the constraints of all gaps that are large enough, so there is a solution. Constraints that make gaps grow are
-/// dropped if they contradict each other. If rounding leaves no solution, the velocity is zero.
+/// arm satisfies the constraint of every gap above the clearance. So there is a solution if all gaps are above the clearance.
+/// Constraints that make gaps grow are dropped if they contradict each other. If rounding leaves no solution, the velocity is zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -164,7 +165,8 @@ impl Constraints {
         self.closest = nearest.map(|near| ClosePair::of(scene, near));
     }
 
-    /// Finds the pair that constrains the arm most, if the velocity differs from the desired one.
+    /// Finds the pair that constrains the arm most, if the constraints change the desired velocity by more than the fraction
+    /// [`HELD`].
     fn find_holder(&mut self, scene: &Scene, velocity: &[f64]) {
         let norm = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
         let change = norm(&mut velocity.iter().zip(&self.wanted).map(|(now, wanted)| now - wanted));

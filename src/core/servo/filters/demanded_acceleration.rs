@@ -18,9 +18,10 @@ const JERK_SHARE: f64 = 0.25;
 /// The acceleration is assumed to change at the relative rate of the speed, so the jerk is `|A|²/|v|`. At `s` times the speed, the
 /// path requires `s³` times that jerk.
 ///
-/// The path is nearly the law's path. But while s changes, the speed along the path changes too. The filter does not count that
-/// acceleration, so the command lags a little. The lag bends the path of logc in the paper's motion by 0.01 mm under 50 rad/s², by
-/// 1.3 mm under 5 rad/s² and by 7 mm under 2 rad/s²; other motions by up to four times as much.
+/// The path of the filtered velocity is nearly the law's path. But while s changes, the speed along the path changes too. The
+/// filter does not count that acceleration, so the command lags a little. The lag bends the path of logc in the paper's motion by
+/// 0.01 mm if the acceleration limit is 50 rad/s², by 1.3 mm at 5 rad/s² and by 7 mm at 2 rad/s². It bends the paths of other
+/// motions by up to four times as much.
 pub(super) struct DemandedAcceleration {
     /// The arm at the end of the next cycle.
     ahead: Arms,

@@ -1,4 +1,5 @@
-//! From the desired velocity to the command, in three steps: the demand, the constraints of the scene, and the envelope.
+//! From the desired velocity to the command, in these steps: the demand of the law, its acceleration, the gentle speed of joints
+//! that have not yet responded, the constraints of the scene, the envelope, and the check that the arm can be stopped.
 //!
 //! The desired velocity comes from a law, from a twist, or from a straight line to another configuration.
 

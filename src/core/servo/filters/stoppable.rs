@@ -115,7 +115,7 @@ impl StoppingPath {
 
     /// Returns the least and the largest difference between each joint's position after `cycles` cycles and the computed position
     /// \[rad, prismatic: m\]. One cycle may have lasted twice its time. If the mean time between cycles exceeds the control period,
-    /// the joint may have moved for this extra time at once, or not at all.
+    /// the joint may have moved during all of the extra time, or during none of it.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -206,7 +206,8 @@ struct PathCheck<'a> {
     held_by: &'a mut Option<ClosePair>,
 }
 
-/// Returns the least gap that the pair `near` may have on the path. A gap that is already narrower must not close further.
+/// Returns the least gap that the pair `near` may have on the path. A gap that is already narrower than [`LEAST`] must not close
+/// further.
 fn least(near: &Near) -> f64 {
     LEAST.min(near.gap.distance) - ROUNDING
 }
@@ -223,8 +224,8 @@ impl PathCheck<'_> {
         self.placed.place(self.scene, self.input.arms.chains(), self.positions);
     }
 
-    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. The arm must be placed at its position at that
-    /// time.
+    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. First [place](Self::place) the arm at its position
+    /// after these cycles.
     fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
         self.placed.slope(self.scene, pair, gap, self.slope);
         gap.distance - self.stop.spare(cycles, self.slope)
