@@ -107,8 +107,8 @@ pub trait ControlLaw: Sync {
     /// Returns the law's name in the parameter `controller`: lower-case letters, digits and underscores.
     fn name(&self) -> &'static str;
 
-    /// Returns the error that the law feeds back, as a twist `(ω, v)` [rad, m] along the same axes as `error`. At gains of 1/s, the
-    /// law moves the tool with this twist toward the goal.
+    /// Returns the error that the law feeds back, as a twist `(ω, v)` [rad, m] along the same axes as `error`. If both gains are 1
+    /// [1/s], this error is the twist [rad/s, m/s] with which the law moves the tool toward the goal.
     fn error(&self, error: &PoseError) -> AngularLinear;
 
     /// Returns the names, defaults, range and unit of the law's gains.

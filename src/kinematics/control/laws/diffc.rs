@@ -60,7 +60,7 @@ impl ControlLaw for Diffc {
         }
     }
 
-    /// Does the same as the default implementation, but with the error e = `q_d − q` in R⁸ if the aim is a pose.
+    /// Does the same as the default implementation. If the aim is a pose, e is the difference `q_d − q` in R⁸ instead of a twist.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         let LawInput { arm, base_from_goal, .. } = *input;
         match input.aim {
