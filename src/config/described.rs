@@ -21,7 +21,8 @@ pub(super) struct Described {
     source: String,
     /// The path of the file, if the description comes from a file.
     file: Option<PathBuf>,
-    /// A message about an irregularity in the description, if there is one with which the description can still be read.
+    /// A warning about an irregularity in the text of the description, such as bytes that are not UTF-8. `None` if there is no
+    /// irregularity.
     odd: Option<String>,
     /// The arm between the two frames.
     pub arm: DescribedArm,

@@ -165,8 +165,8 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Counts tasks among `numbers` that settle with fresh joint states. Returns how many of these also settle with joint states of
-    /// the age `age` \[cycles\], and their number.
+    /// Runs the tasks among `numbers` that settle with fresh joint states, now with joint states of the age `age` \[cycles\].
+    /// Returns the number of these tasks, and how many of them settle again.
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

@@ -43,9 +43,11 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Paper
 
 const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
-/// Returns a figure with a panel for each law, at the same scale. The first panel shows the beginning of diffc's motion.
+/// Returns a figure with a panel for each law, and a panel in front of them for the beginning of diffc's motion. All panels have
+/// the same vertical scale.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
-    /// The ends of the time axes \[s\]: of all panels, and of the first panel, because the motion under diffc is over sooner.
+    /// The ends of the time axes \[s\]: of the panels for each law, and of the panel for the beginning of diffc's motion, which is
+    /// over sooner.
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {
         series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
