@@ -59,7 +59,8 @@ impl Described {
         Ok(Some(left))
     }
 
-    /// Reads the right arm, from its own description or from this one. Returns `None` if no parameter is about the right arm.
+    /// Reads the right arm: from a description of its own or, if there is none, from this description. Returns `None` if no
+    /// parameter is about the right arm.
     fn find_right(&self, given: &[ParameterOverride]) -> Result<Option<Self>, ParameterError> {
         let frames = ["right_base_frame", "right_tool_frame"].map(|name| text(given, name));
         if let Some(own) = GivenText::find(given, ["right_robot_description", "right_robot_file"])? {

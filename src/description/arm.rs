@@ -6,7 +6,7 @@ use dq_kinematics::arm::{ArmError, Chain, Coupling, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// The reason why a robot description has no arm. Each error names the element. The error shortens text that comes from the
+/// The reason why a robot description has no arm. Each error names the faulty element, and shortens text that comes from the
 /// description.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]

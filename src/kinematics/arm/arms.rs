@@ -5,7 +5,7 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// The speed of the fastest tool.
+/// The largest linear speed and the largest angular speed of the tools. The two may be of different tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolSpeed {
     /// Speed of the tool point [m/s].
@@ -150,7 +150,7 @@ impl Arms {
         if is_tool_frame { tool } else { tool * offset.inverse() }
     }
 
-    /// Returns the speed of the fastest tool. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
+    /// Returns the largest speeds of the tools. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);

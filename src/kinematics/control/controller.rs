@@ -180,7 +180,8 @@ impl Controller {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value if it is below `bound`; otherwise `None`, after little computation.
+    /// Returns the smallest singular value if it is below `bound`, otherwise `None`. In the second case, little computation is
+    /// necessary.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }
