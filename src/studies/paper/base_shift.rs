@@ -97,7 +97,7 @@ fn deviations(run: &SimulatedRun, other: &SimulatedRun) -> impl Iterator<Item = 
     pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
 }
 
-/// Returns a curve for each run except the first: its distance from the first run.
+/// Returns a curve for each run except the first: the distance of its tool from the first run's tool.
 fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
     let curve = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| Series {
         name: format!("{law}, base moved by {shift} m"),
