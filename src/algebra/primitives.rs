@@ -24,7 +24,8 @@ impl Plane {
         self.0.dual.w
     }
 
-    /// Converts the plane π to the base frame: `q̄ π q*` with `q` = `base_from_plane`. `q̄` is `q` with the dual part negated.
+    /// Converts the plane π to the base frame: `q̄ π q*`. Here `q` is `base_from_plane`, and `q̄` is `q` with its dual part
+    /// negated.
     pub fn moved(&self, base_from_plane: &UnitDualQuaternion) -> Self {
         let q = *base_from_plane.as_dual_quaternion();
         let other = DualQuaternion { dual: -q.dual, ..q };

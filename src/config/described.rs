@@ -21,7 +21,8 @@ pub(super) struct Described {
     source: String,
     /// The path of the file, if the description comes from a file.
     file: Option<PathBuf>,
-    /// A message about an irregularity in the description, if there is one with which the description can still be read.
+    /// A warning about an irregularity in the text of the description, such as bytes that are not UTF-8. `None` if there is no
+    /// irregularity.
     odd: Option<String>,
     /// The arm between the two frames.
     pub arm: DescribedArm,
@@ -58,7 +59,8 @@ impl Described {
         Ok(Some(left))
     }
 
-    /// Reads the right arm, from its own description or from this one. Returns `None` if no parameter is about the right arm.
+    /// Reads the right arm: from a description of its own or, if there is none, from this description. Returns `None` if no
+    /// parameter is about the right arm.
     fn find_right(&self, given: &[ParameterOverride]) -> Result<Option<Self>, ParameterError> {
         let frames = ["right_base_frame", "right_tool_frame"].map(|name| text(given, name));
         if let Some(own) = GivenText::find(given, ["right_robot_description", "right_robot_file"])? {

@@ -6,7 +6,7 @@ use dq_kinematics::arm::{ArmError, Chain, Coupling, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// The reason why a robot description has no arm. Each error names the element. The error shortens text that comes from the
+/// The reason why a robot description has no arm. Each error names the faulty element, and shortens text that comes from the
 /// description.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
@@ -78,7 +78,7 @@ pub enum DescriptionError {
     /// Several chains could equally well be the arm.
     #[error("the robot description has several arms: give tool_frame, for example {}", .0.join(" or "))]
     SeveralArms(Vec<String>),
-    /// No joint moves one link relative to the other.
+    /// No joint between the base frame and the tool frame moves.
     #[error("no joint that moves is between base_frame {base:?} and tool_frame {tool:?}")]
     NoJoint {
         /// The name of the base frame.

@@ -25,9 +25,9 @@ pub struct Guess {
 ///
 /// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
 /// end of the chain with the most joints. That chain ends where a gripper begins, and includes the fixed joints at its end. A
-/// one-sided joint at the end of an arm of more than four joints is a gripper (a jaw). A gripper also begins at a link that carries
-/// several moving parts, if none of these parts has more joints than the arm has up to that link. The base frame is `base_link` if
-/// that link is on the path to the tool, otherwise the root.
+/// one-sided joint at the end of a chain is a gripper (a jaw) if at least four joints precede it. A gripper also begins at a link
+/// that carries several moving parts, if none of these parts has more joints than the arm has up to that link. The base frame is
+/// `base_link` if that link is on the path to the tool, otherwise the root.
 ///
 /// # Errors
 /// [`DescriptionError::SeveralArms`] if several chains could equally well be the arm; other errors if the document is invalid.
@@ -188,8 +188,8 @@ impl<'a> Branches<'a> {
 
     /// Returns the link after `from` at which the arm ends and its gripper begins. The arm has `joints` joints before `from`.
     fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
-        /// The smallest number of joints of an arm with a jaw. In an arm with fewer joints, a one-sided joint is the arm's own,
-        /// such as the vertical axis of a gantry.
+        /// The smallest number of joints before a jaw. A one-sided joint after fewer joints is one of the arm's own joints, such as
+        /// the vertical axis of a gantry.
         const FEWEST: usize = 4;
         let (mut link, mut last) = (from, None);
         loop {
@@ -233,8 +233,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the alternatives to `tool`: the links that the same moving joint carries, and the first link beyond each moving
-    /// joint that follows.
+    /// Returns the alternatives to `tool`: the other links that move rigidly with `tool`, and the first link beyond each moving
+    /// joint after them.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent

@@ -34,7 +34,8 @@ const LATE: f64 = 1.0;
 /// recorded times of a command and of its cycle.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
-/// The longest time between the start of a motion and the first joint state of its run \[s\].
+/// The longest time between the start of a motion and the first joint state of the part of the run in which the motion counts
+/// \[s\].
 const LONGEST_START: f64 = 60.0;
 
 /// If the servo reports no pose error for longer than this \[s\], it had no goal during that time.
@@ -493,7 +494,8 @@ fn goal_of(message: &PoseStamped) -> Option<UnitDualQuaternion> {
     Goal::new([p.x, p.y, p.z], [r.x, r.y, r.z, r.w], "", "").ok().map(|goal| *goal.base_from_goal())
 }
 
-/// Returns the checks of keep-outs, which begin at the arm's present position; `None` if constraints are off.
+/// Returns the checks for overlaps of the arm with keep-outs and with itself; `None` if constraints are off. The checks ignore
+/// overlaps that exist at the arm's first position.
 fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
 }

@@ -294,7 +294,8 @@ mod tests {
     use dq_config::NodeParameters;
     use dq_wire::Saved;
 
-    /// Without a keep-out, the replay would compare the commands of another servo than the recorded one.
+    /// If the replay left out an invalid keep-out, it would compare the recorded commands with those of a servo that has other
+    /// keep-outs.
     #[test]
     fn a_live_keep_out_that_is_invalid_ends_the_replay_by_name() {
         let begin = |keep_out: &str| {

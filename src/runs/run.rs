@@ -44,7 +44,8 @@ pub struct RecordedRun {
     pub laws: Thinned<(f64, String)>,
     /// The goals, including those of streams, each with the time from which it was in force.
     pub goals: Thinned<(f64, UnitDualQuaternion)>,
-    /// The motions to the goals that the servo reported.
+    /// The motions that the servo reported or, if no servo reports its motions, the motions measured toward goals that the caller
+    /// gave.
     pub motions: Vec<MotionRow>,
     /// The limits of the commands, each with the time from which it applies. The first limits apply from the beginning.
     pub limits: Vec<(f64, Limits)>,
@@ -61,10 +62,10 @@ pub struct RecordedRun {
     pub notes: Vec<String>,
 }
 
-/// A gap between joint states that separates two parts of a run is longer than this \[s\].
+/// A gap between two joint states divides a run into two parts only if it is longer than this \[s\].
 const APART: f64 = 60.0;
 
-/// A gap that separates two parts of a run is also longer than this many times the recorded duration.
+/// A gap divides a run into two parts only if it is also longer than this many times the recorded duration.
 const FAR: f64 = 10.0;
 
 /// Splits a run at its long gaps: those longer than [`APART`] and longer than [`FAR`] times the recorded duration. The recorded duration
@@ -203,7 +204,7 @@ pub struct Change {
     pub to: String,
 }
 
-/// A motion to a goal, as the servo reported it.
+/// A motion to a goal, as the servo reported it or, without such reports, as this program measured it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MotionRow {
     /// The names of the bag and of the servo.

@@ -5,7 +5,7 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// The speed of the fastest tool.
+/// The largest linear speed and the largest angular speed of the tools. The two may be of different tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolSpeed {
     /// Speed of the tool point [m/s].
@@ -106,8 +106,8 @@ impl Arms {
         self.chains().flat_map(|chain| chain.kinds().iter().copied()).collect()
     }
 
-    /// Sets the tool offset of each arm: the pose of the tool in the frame that it has without an offset. The offset applies from
-    /// the next [`evaluate`](Self::evaluate) on.
+    /// Sets the tool offset of each arm: the pose of the tool relative to the flange, the tool frame without an offset. The offset
+    /// applies from the next [`evaluate`](Self::evaluate) on.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.left.chain.set_tool_offset(tool_offset);
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));
@@ -143,14 +143,14 @@ impl Arms {
     }
 
     /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose).
-    /// For a single arm it is the tool frame, which the tool offset may rotate.
+    /// For a single arm this is the flange, the tool frame without an offset. For two arms it is the right tool.
     pub fn tool_axes(&self) -> UnitQuaternion<f64> {
         let (tool, offset) = (self.pose().rotation(), self.left.chain.tool_offset().rotation());
         let is_tool_frame = self.right.is_some() || offset == UnitQuaternion::identity();
         if is_tool_frame { tool } else { tool * offset.inverse() }
     }
 
-    /// Returns the speed of the fastest tool. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
+    /// Returns the largest speeds of the tools. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);

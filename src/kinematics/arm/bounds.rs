@@ -58,7 +58,8 @@ impl NumberError {
     }
 }
 
-/// Checks that `values` are finite and at most `bound` in size. The error names them by `field`, with `unit`.
+/// Checks that `values` are finite and at most `bound` in size. `field` and `unit` are the name and the unit of the values in the
+/// error.
 ///
 /// # Errors
 /// [`NumberError`] for the first invalid value.

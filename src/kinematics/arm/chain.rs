@@ -312,8 +312,8 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with pairs of successive links, base first. `each` gets the two frames, which move about or along their z axes.
-    /// The links are at `positions`. Returns the frame of the last link.
+    /// Calls `each` with the frames of two successive links at a time, base first. `positions` are the positions of the links in
+    /// pairs. Each link moves about or along the z axis of its frame. Returns the frame of the last link.
     ///
     /// This is fast because the half turns of the next pair are computed while this pair is multiplied.
     #[inline]

@@ -36,7 +36,7 @@ impl Coupling {
 pub(super) struct Drivers {
     /// The kind of each joint.
     pub kinds: Vec<JointKind>,
-    /// For each link, base first, the joint that moves it, and by how much.
+    /// The coupling of each link to the joint that moves it, base first.
     pub couplings: Vec<Coupling>,
 }
 
@@ -88,8 +88,8 @@ impl Chain {
             (one.min(other), one.max(other))
         })
     }
-    /// Sets `motions` to the motion that each joint gives the tool. The linear part is the velocity of the point that moves with
-    /// the tool and is now at the base's origin. This is the sum of the motions by all links that the joint moves. Returns the
+    /// Sets `motions` to the motion that each joint gives the tool: the sum of the motions by all links that the joint moves. The
+    /// linear part of a motion is the velocity of the point that moves with the tool and is now at the base's origin. Returns the
     /// frame of the last link.
     pub(super) fn evaluate_driven(
         &self,

@@ -107,8 +107,8 @@ pub trait ControlLaw: Sync {
     /// Returns the law's name in the parameter `controller`: lower-case letters, digits and underscores.
     fn name(&self) -> &'static str;
 
-    /// Returns the error that the law feeds back, as a twist `(ω, v)` [rad, m] along the same axes as `error`. At gains of 1/s, the
-    /// law moves the tool with this twist toward the goal.
+    /// Returns the error that the law feeds back, as a twist `(ω, v)` [rad, m] along the same axes as `error`. If both gains are 1
+    /// [1/s], this error is the twist [rad/s, m/s] with which the law moves the tool toward the goal.
     fn error(&self, error: &PoseError) -> AngularLinear;
 
     /// Returns the names, defaults, range and unit of the law's gains.
@@ -150,9 +150,9 @@ pub trait ControlLaw: Sync {
         self.twist(motion.gains, &motion.error)
     }
 
-    /// Returns the rates [1/s] that the servo compares with the largest rate that is stable at the robot's delay. `rates` are the
-    /// rates that follow from [`twist_gains`](Self::twist_gains): a law without a memory returns them. A law with a memory returns
-    /// the rates of a law without a memory that becomes unstable at the same delay.
+    /// Returns the rates [1/s] that the servo compares with the largest rate that is stable at the robot's delay. A law without a
+    /// memory returns `rates`, which follow from [`twist_gains`](Self::twist_gains). A law with a memory returns equivalent rates:
+    /// with these rates, a law without a memory becomes unstable at the same delay as this law.
     fn rates_for_delay(&self, _gains: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
         rates
     }

@@ -39,8 +39,9 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, the error e is the difference of
-    /// two positions, two distances, two rotations in R⁴ or two poses in R⁸. With the inverse, e is the error of diffc_inverse.
+    /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, the error e depends on `aim`: it
+    /// is the difference of two positions, two distances, two rotations in R⁴ or two poses in R⁸. With the inverse, e is the error
+    /// of diffc_inverse.
     pub fn of_two_arms(map: Map, aim: Aim, gain: f64, damping: Damping) -> Self {
         let law = match (map, aim) {
             (Map::DampedInverse, _) => Law::DiffcInverse,
@@ -180,7 +181,8 @@ impl Controller {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value if it is below `bound`; otherwise `None`, after little computation.
+    /// Returns the smallest singular value if it is below `bound`, otherwise `None`. In the second case, little computation is
+    /// necessary.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }

@@ -13,12 +13,12 @@ pub fn nearer_goal(
 }
 
 /// The sign of the goal's quaternion, +1 or −1, that the laws use. The quaternions `q_d` and `−q_d` are the same pose, but a law
-/// turns the tool toward them along different rotations. A sign that is kept prevents that the law takes the longer rotation, or
-/// alternates between the two.
+/// turns the tool toward them along different rotations. A remembered sign keeps the law from taking the longer rotation, and from
+/// alternating between the two rotations.
 ///
-/// A new goal gets the nearer sign. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. This hysteresis prevents that noise near
-/// a half turn switches the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both
-/// unwinding and chattering in this manner.
+/// A new goal gets the nearer sign. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. Here r_d and r are the real parts of the
+/// goal and of the tool's pose, and δ is the hysteresis. So noise near a half turn does not switch the direction back and forth.
+/// Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and chattering in this manner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignMemory {
     sign: f64,

@@ -8,9 +8,9 @@ use nalgebra::{Quaternion, Vector3};
 
 /// The goal relative to the tool: a rotation and a translation, along the axes of the tool or of the base.
 ///
-/// Let `g = q* q_d` be the goal relative to the tool, which is the inverse of the pose error (eq. 28). Each form of the error is
-/// the twist `(ω, v)` that moves the tool to the goal at gain 1. All forms agree to first order. The twist is along the same axes
-/// as the goal.
+/// Let `g = q* q_d` be the goal relative to the tool, which is the inverse of the pose error (eq. 28). Each form of the error is a
+/// twist `(ω, v)` that moves the tool toward the goal at gain 1. All forms agree to first order. The twist is along the same axes
+/// as the rotation and the translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseError {
     /// The rotation r from the tool to the goal.
@@ -42,9 +42,9 @@ impl PoseError {
 
     /// Returns the twist `ξ = 2 Im(g)`. Its linear part is twice the vector part of `½ p r`.
     ///
-    /// `½ ξ` is `q*(q_d − q) = g − 1` without the scalar parts. They are left out because `q* q̇ = ½ ξ` has no scalar parts for any
-    /// motion of the tool. The least squares solution for `q_d − q` is a different twist, because multiplication by q* changes
-    /// lengths in R⁸.
+    /// `½ ξ` is `q*(q_d − q) = g − 1` without the two scalar parts. They are left out because `q* q̇ = ½ ξ` has no scalar parts for
+    /// any motion of the tool. The least-squares solution of `J θ̇ = q_d − q` gives a different twist, because multiplication by q*
+    /// changes lengths in R⁸.
     #[inline(always)]
     pub fn difference(&self) -> AngularLinear {
         let (vector, p) = (self.rotation.imag(), self.translation);

@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 /// other two directions of R⁸.
 ///
 /// In the frame that turns with the tool, column i of J has the parts `½ l` (rotation), `½ (v + ½ t×l)` (dual vector) and `−¼ t·l`
-/// (dual scalar). Its first scalar is 0 and is omitted. Here l is the direction of the joint's axis, v the velocity that the joint
-/// gives the tool point, and t the tool point. Merging the dual scalar into the first part replaces l there by `√(I + ¼ t tᵀ) l`,
-/// which is `l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`. This preserves lengths.
+/// (dual scalar). The scalar of its real part is 0 and is omitted. Here l is the direction of the joint's axis, v the velocity that
+/// the joint gives the tool point, and t the tool point. To merge the dual scalar into the rotation, l in the rotation is replaced
+/// by `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`. This preserves lengths.
 #[derive(Clone, Copy)]
 pub(super) struct PoseSpace {
     tool: Vector3<f64>,

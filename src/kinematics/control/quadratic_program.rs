@@ -5,7 +5,8 @@
 /// w.
 ///
 /// The method begins at `w` and activates one violated constraint after the other, the most violated one first. So it finds a
-/// solution near `w` in a step or two. The program allocates only if there are more joints or constraints than ever before.
+/// solution near `w` in a step or two. The program allocates only if it has more joints or constraints than every program before
+/// it.
 #[derive(Clone, Debug)]
 pub struct QuadraticProgram {
     count: usize,
@@ -48,7 +49,7 @@ const BROKEN: f64 = 1e-10;
 /// at most this fraction of the normal.
 const WITHIN: f64 = 1e-9;
 
-/// Largest number of steps of a solution, divided by the number of joints and constraints.
+/// Largest number of steps of a solution per joint and constraint.
 const MOST_STEPS: usize = 3;
 
 impl QuadraticProgram {
@@ -203,7 +204,8 @@ impl QuadraticProgram {
         Err(Infeasible)
     }
 
-    /// Computes x and the multipliers again from the active constraints. The steps along nearly dependent normals have lost digits.
+    /// Computes x and the multipliers again from the active constraints. This restores the digits that steps along nearly dependent
+    /// normals have lost.
     fn place(&mut self, x: &mut [f64]) {
         let count = self.count;
         self.relief.clear();

@@ -14,7 +14,7 @@ const BATCH: u64 = 64;
 const PER_GAIN: f64 = 4500.0;
 /// The usual fraction of gains that miss their targets.
 const MISSING: f64 = 0.4;
-/// The usual number of ages that are tried for a law, in addition to those of the plants.
+/// The usual number of ages of the joint states that are tried for a law, in addition to the ages of the plants.
 const AGES: f64 = 3.0;
 
 impl Study {
@@ -79,13 +79,14 @@ impl Study {
     }
 }
 
-/// Runs loops on all cores for about [`SAMPLE`]. Their numbers are below `count` and spread evenly. Returns the mean time per loop
-/// \[s\] with all cores at work: first of the loops for which `run` returns false, then of those for which it returns true.
+/// Runs loops on all cores for about [`SAMPLE`]. The numbers of the loops are below `count` and spread evenly. Returns the mean
+/// time per loop \[s\] with all cores at work: first of the loops for which `run` returns false, then of the loops for which it
+/// returns true.
 fn seconds_each(
     count: u64,
     run: impl Fn(u64) -> Result<bool, CompareError> + Sync,
 ) -> Result<[f64; 2], CompareError> {
-    /// The golden ratio less 1. Its multiples are spread evenly between whole numbers.
+    /// The golden ratio minus 1. The fractional parts of its multiples are spread evenly over [0, 1).
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let (begin, mut next, mut all) = (Instant::now(), 0, Vec::new());
     let timed = |k: u64| {

@@ -110,7 +110,7 @@ impl Study {
         }
     }
 
-    /// Calls `each` with the runs of the complete lines, after a check that each line is of the expected run.
+    /// Calls `each` with the run of each complete line, after a check that the line belongs to the expected run.
     fn lines(
         &self,
         file: &Path,

@@ -31,8 +31,7 @@ pub struct Findings {
     /// The gains that miss their targets by more than 2 %, and the reasons.
     #[serde(default)]
     pub unmatched: Vec<Unmatched>,
-    /// The results of each cell: of the runs of one law under the same conditions. There are cells for each arm, and for all arms
-    /// together.
+    /// The results of each cell. A cell has the runs of one law under the same conditions, on one arm or on all arms together.
     pub cells: Vec<Cell>,
     /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,

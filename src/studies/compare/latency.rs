@@ -13,13 +13,13 @@ use std::ops::Range;
 
 /// The ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// An age is acceptable for a law if at least this percentage of tasks settles with joint states of that age. The percentage is of
-/// the tasks that settle with fresh joint states.
+/// An age is acceptable for a law if at least this percentage of the tasks that settle with fresh joint states also settles with
+/// joint states of that age.
 const HOLDS: f64 = 95.0;
 /// Number of tasks of each arm on which an age is tried first. If their result is in doubt (see [`NO_DOUBT`]), all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The result of the [`FIRST`] tasks is in doubt if the confidence interval of their percentage contains 95 %. This is the quantile
-/// of the normal distribution for that interval (p < 1e-4).
+/// The quantile of the normal distribution for the confidence interval of the result of the [`FIRST`] tasks (p < 1e-4). The result
+/// is in doubt if that interval contains 95 %.
 const NO_DOUBT: f64 = 4.0;
 
 /// The age of joint states up to which a law works.
@@ -165,8 +165,8 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Counts tasks among `numbers` that settle with fresh joint states. Returns how many of these also settle with joint states of
-    /// the age `age` \[cycles\], and their number.
+    /// Runs the tasks among `numbers` that settle with fresh joint states, now with joint states of the age `age` \[cycles\].
+    /// Returns the number of these tasks, and how many of them settle again.
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

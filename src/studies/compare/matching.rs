@@ -55,7 +55,8 @@ const PILOT_SEED: u64 = 0x0070_696c_6f74;
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
 /// Two measured values of the reference law count as the same up to this relative difference, because of rounding.
 const ROUNDING: f64 = 1e-6;
-/// A gain counts as matched if its value differs from the reference law's value by at most this fraction.
+/// A gain counts as matched if the law's value of the matched quantity differs from the reference law's value by at most this
+/// fraction.
 pub(super) const CLOSE: f64 = 0.02;
 /// Relative accuracy of a chosen gain. More accuracy would be of no use, because settling times are multiples of the 5 ms cycle. A
 /// cycle is about 1/400 of the reference law's settling time.

@@ -102,9 +102,9 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// Returns the difference of two percentages \[points\]: how often the first members and how often the second members of
-    /// `pairs` pairs have a property. Only the first member has it in `first` pairs, only the second member in `second` pairs. The
-    /// interval is Wald's, with half a pair added to each cell of the 2×2 table (Agresti & Min 2005).
+    /// Returns the difference \[points\] between the percentage of first members and the percentage of second members that have a
+    /// property, among `pairs` pairs. In `first` pairs, only the first member has the property; in `second` pairs, only the second
+    /// member. The interval is Wald's, with half a pair added to each cell of the 2×2 table (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);
@@ -161,9 +161,9 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Compares two laws task by task. Returns the number of pairs, the numbers of pairs in which the first and the second law have the
-/// larger value, and the difference. Returns `None` if there are no pairs: a pair is a task for the percentage of settled tasks,
-/// and a task that settles under both laws for other quantities.
+/// Compares two laws task by task. Returns the number of tasks compared, the numbers of tasks in which the first and the second law
+/// have the larger value, and the difference. For the percentage of settled tasks, it compares all tasks; for other quantities, the
+/// tasks that settle under both laws. Returns `None` if there are no such tasks.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

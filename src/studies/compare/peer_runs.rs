@@ -1,5 +1,5 @@
-//! The runs of other programs under the arms' limits. This module compares them with runs of the reference law at the second of two
-//! compared values of a servo parameter.
+//! The runs of other programs under the arms' limits. This module compares them with the runs of the reference law. In these runs,
+//! the servo parameter that is compared (`Switch`) has the second of its two values.
 
 use super::paired::{End, Paired};
 use super::record::Record;
@@ -55,8 +55,8 @@ impl PeerRuns {
         Ok(true)
     }
 
-    /// Compares `law` under its second condition with each program, on the tasks that both the law and the program have
-    /// run. Returns the name of each program with a row for each arm.
+    /// Compares the runs of `law` under the second condition of `rows` with the runs of each program, task by task. Returns the
+    /// name of each program with a row for each arm.
     pub fn beside(&self, law: &str, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
         let mut tables: BTreeMap<&str, Vec<Paired>> = BTreeMap::new();
         for row in rows.iter().filter(|row| row.law == law) {

@@ -109,9 +109,9 @@ pub struct Cell {
     /// settling time of a failed run counts as the horizon. If an end of the interval equals the horizon, the true end is beyond
     /// the horizon.
     pub settling_s: Option<Interval>,
-    /// The number of tasks from which the four medians below are computed: the tasks that settle under every law. This leaves out
-    /// laws under which fewer than half of all tasks settle. `None` for the cells of these laws. If there is no such task, the
-    /// medians are `None`.
+    /// The number of tasks from which the four medians below are computed: the tasks that settle under every law. Laws under which
+    /// fewer than half of all tasks settle do not count. In the cells of those laws, this number is `None`. If it is 0 or `None`,
+    /// the medians are `None`.
     pub common: Option<usize>,
     /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,

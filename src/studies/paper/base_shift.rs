@@ -43,9 +43,11 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Paper
 
 const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
-/// Returns a figure with a panel for each law, at the same scale. The first panel shows the beginning of diffc's motion.
+/// Returns a figure with a panel for each law, and a panel in front of them for the beginning of diffc's motion. All panels have
+/// the same vertical scale.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
-    /// The ends of the time axes \[s\]: of all panels, and of the first panel, because the motion under diffc is over sooner.
+    /// The ends of the time axes \[s\]: of the panels for each law, and of the panel for the beginning of diffc's motion, which is
+    /// over sooner.
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {
         series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
@@ -95,7 +97,7 @@ fn deviations(run: &SimulatedRun, other: &SimulatedRun) -> impl Iterator<Item = 
     pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
 }
 
-/// Returns a curve for each run except the first: its distance from the first run.
+/// Returns a curve for each run except the first: the distance of its tool from the first run's tool.
 fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
     let curve = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| Series {
         name: format!("{law}, base moved by {shift} m"),

@@ -59,7 +59,7 @@ pub struct PoseEquations {
     /// The distance of the translation of `r exp(ε ½ t)` (eq. 31) from t \[m\]. That translation is `R t`, because `r exp(ε ½ t) =
     /// r + ε ½ r t`. In contrast, eq. 13 has `r + ε ½ t r`, whose translation is t.
     pub product_off_m: f64,
-    /// The distance from t of the translation that the exponential of `½ θ k + ε ½ t` has (eq. 32) \[m\].
+    /// The distance between t and the translation of the exponential of `½ θ k + ε ½ t` (eq. 32) \[m\].
     pub logarithm_off_m: f64,
 }
 

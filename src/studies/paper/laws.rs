@@ -32,7 +32,7 @@ pub struct SimulatedRun {
 }
 
 impl Laboratory {
-    /// Returns the controller with this law. All its gains are `gain` [1/s].
+    /// Returns the controller with this law, and with the gains that correspond to the single gain `gain` [1/s].
     pub fn controller(&self, law: Law, gain: f64) -> Controller {
         self.settings.controller.with_law(law, gain)
     }

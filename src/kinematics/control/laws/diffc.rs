@@ -9,8 +9,8 @@ use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 /// The law `θ̇ = Jᵀ K (q_d − q)` in R⁸ (eq. 16–20).
 ///
 /// If the aim is less than a pose, the law feeds back the error of diffc_inverse by the transpose, at a quarter of the gain. For a
-/// tool at the base frame's origin, this agrees with the law for a pose to first order: the pose's derivative is ½ of a twist, and
-/// the transpose has another factor of ½.
+/// tool at the base frame's origin and small errors, this has the same effect as the difference in R⁸: the pose's derivative is ½
+/// of a twist, and the transpose has another factor of ½.
 pub struct Diffc;
 
 /// The factor by which K is reduced if the law feeds back a twist.
@@ -60,7 +60,7 @@ impl ControlLaw for Diffc {
         }
     }
 
-    /// Does the same as the default implementation, but with the error e = `q_d − q` in R⁸ if the aim is a pose.
+    /// Does the same as the default implementation. If the aim is a pose, e is the difference `q_d − q` in R⁸ instead of a twist.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         let LawInput { arm, base_from_goal, .. } = *input;
         match input.aim {

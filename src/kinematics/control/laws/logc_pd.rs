@@ -46,8 +46,8 @@ impl ControlLaw for LogcPd {
         6
     }
 
-    /// Sets V to the twist with which the arm already moves, so that the velocity of the arm does not jump. Only near a singularity
-    /// does the damped inverse slow the arm.
+    /// Sets V to the twist with which the arm already moves, so that the velocity of the arm does not jump. Near a singularity the
+    /// velocity may still jump, because the damped inverse slows the arm.
     fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
         memory.copy_from_slice(&six_numbers(&motion.twist));
     }
@@ -62,10 +62,10 @@ impl ControlLaw for LogcPd {
         (Vector3::new(memory[0], memory[1], memory[2]), Vector3::new(memory[3], memory[4], memory[5]))
     }
 
-    /// Returns the rates of the law without a memory that becomes unstable at the same delay τ.
+    /// Returns the rates with which a law without a memory becomes unstable at the same delay τ as this law.
     ///
-    /// At the limit of stability, `s² + K_d s + K_p exp(−s τ)` has a root `i ω` with `tan(ω τ) = K_d/ω`. For a law without a memory,
-    /// the delay at the limit is `½π` divided by the rate of that law.
+    /// At the limit of stability, `s² + K_d s + K_p exp(−s τ)` has a root `i ω` with `tan(ω τ) = K_d/ω`. For a law without a
+    /// memory, the delay at the limit is `½π` divided by the rate of that law.
     fn rates_for_delay(&self, [_, k_d]: [f64; 2], rates: [f64; 2]) -> [f64; 2] {
         rates.map(|rate| {
             if rate == 0.0 {

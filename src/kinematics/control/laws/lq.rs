@@ -3,10 +3,12 @@
 use crate::control::control_law::{ControlLaw, LEAST, LawGains};
 use crate::control::{AngularLinear, PoseError};
 
-/// diffc_inverse with the gains that minimize the cost `∫ eᵀ Q e + |ξ|² dt`. Its parameters are the weights Q.
+/// diffc_inverse with the gains that minimize the cost `∫ eᵀ Q e + |ξ|² dt` of the error e and the twist ξ. Its parameters are the
+/// weights Q.
 ///
-/// Marinho, Figueredo & Adorno (IROS 2015) reduce the control of the error `e = 1 − q_d* q` to a linear system whose input is the twist.
-/// For a fixed goal, `ė = −ξ` near the goal, and the Riccati equation `S² = Q` of an infinite horizon gives the gain `K = √Q`.
+/// Marinho, Figueredo & Adorno (IROS 2015) reduce the control of the error `e = 1 − q_d* q` to a linear system whose input is the
+/// twist. For a fixed goal, `ė = −ξ` near the goal, and the Riccati equation `S² = Q` of an infinite horizon gives the gain `K =
+/// √Q`.
 pub struct Lq;
 
 impl ControlLaw for Lq {
