@@ -304,8 +304,8 @@ fn sender(
 }
 
 impl RosInputs {
-    /// Gives the servo everything that has arrived since the previous cycle, in this order: requests, results of a search, joint
-    /// states, goals, joint goals, motions of goals, and twists.
+    /// Gives the servo everything that has arrived since the previous cycle, in this order: requests, the result of a search, joint
+    /// states, wrenches, goals whose frames were found, new goals, joint goals, the motions of goals' frames, and twists.
     pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
         let record = &mut self.record;

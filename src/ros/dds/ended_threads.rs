@@ -96,7 +96,7 @@ impl NetworkWatch {
     }
 
     /// Checks whether this process uses every address of this host. A process that still waits for its robot should end if this
-    /// check fails. A process that has met its robot may do without the new address.
+    /// check fails. A process that receives from its robot can continue without the new address.
     ///
     /// # Errors
     /// [`NetworkEnd::NewAddress`] if an address is not used.

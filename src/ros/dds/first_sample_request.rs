@@ -22,8 +22,8 @@ use std::time::Duration;
 /// The bits of an entity's kind (the last byte of its GUID) that are zero for entities that a user has created.
 const BUILT_IN: u8 = 0xc0;
 
-/// The time from the match to the request. Fast DDS accepts only one request for a sample, and ignores that request while its timer
-/// still counts the sample as in flight. The publisher stays much longer than this time.
+/// The time from the match to the request. Fast DDS answers only one request per sample. It ignores a request that arrives while
+/// its timer still counts the sample as in flight. The publisher stays much longer than this time.
 const MOMENT: Duration = Duration::from_millis(20);
 
 /// Sends requests to writers of Fast DDS on behalf of the readers of one participant.

@@ -14,8 +14,8 @@ use rustdds::policy::ResourceLimits;
 /// 8 s; with this limit, after 200 s.
 const UNACKNOWLEDGED: i32 = 200_000;
 
-/// The limit for latched topics. A reader that acknowledges none of this many samples blocks the next sample. Readers that join
-/// later then miss that sample.
+/// The limit for latched topics. While one reader has left this many samples unacknowledged, the writer cannot write the next
+/// sample. Readers that join later then miss that sample.
 const LATCHED: i32 = 500;
 
 /// Returns the limits of a writer. `is_latched` is true if the topic is latched.
