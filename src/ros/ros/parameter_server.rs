@@ -203,8 +203,8 @@ fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetPar
 /// Lists the names below the requested prefixes, to the requested depth, as rclcpp does.
 ///
 /// If the request names no prefix, this function returns no prefixes either. The prefixes would only repeat the beginnings of the
-/// names, and the response would not fit into a packet. If the response is still too long, `ListParameters::too_long` later replaces
-/// names by prefixes.
+/// names, and the response would not fit into a packet. If the response is still too long, `ListParameters::too_long` later
+/// replaces names by prefixes.
 fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
     let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
     let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
