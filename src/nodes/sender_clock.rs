@@ -15,9 +15,9 @@ use std::time::Duration;
 /// offset means that the clocks do not agree.
 const KEPT: i64 = 300_000_000_000;
 
-/// The largest relative drift between two clocks. Since the fastest message, the clocks may have drifted apart by `DRIFT` times the
-/// time since then, but at most by `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther apart. A message whose
-/// apparent delay is not larger than this drift counts as undelayed.
+/// The largest relative drift between two clocks. After the fastest message, the clocks may drift apart by `DRIFT` times the
+/// elapsed time. They drift by at most `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther apart. A message whose
+/// apparent delay is within this drift counts as undelayed.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 

@@ -119,7 +119,8 @@ impl NetworkWatch {
         }
     }
 
-    /// Returns whether all threads exist. This is cheap: the names of all threads are read only if a known thread is missing.
+    /// Returns whether all DDS threads exist. The check is cheap: it reads the names of all threads only if a known DDS thread is
+    /// missing, or if the number of participants has changed.
     fn threads_run(&mut self) -> bool {
         let participants = PARTICIPANTS.load(Ordering::Relaxed);
         if self.0.len() == NAMES.len() * participants && self.0.iter().all(|thread| thread.exists()) {

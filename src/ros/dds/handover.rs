@@ -17,8 +17,8 @@ use std::task::{Context, Poll, Waker};
 /// A subscription of ros2-client that may have replaced another one.
 pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// The replaced subscription has taken the messages that were received up to this time \[ns\]. Without a replaced subscription,
-    /// `i64::MIN`.
+    /// When the newest message that the replaced subscription has taken was received \[ns\]; `i64::MIN` if this subscription
+    /// replaces none.
     since: i64,
     /// When the newest of the taken messages was received \[ns\].
     newest: AtomicI64,

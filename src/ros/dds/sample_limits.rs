@@ -1,8 +1,9 @@
 //! Limits how many samples RustDDS stores for a topic.
 //!
-//! RustDDS 0.15.1 blocks a reliable writer for all readers once `max_samples` (default 8192) wait for one of them, regardless of
-//! the history depth (`writer_send_buffer.rs`). For a transient-local topic, RustDDS always stores `max_samples` samples. Delete
-//! this module when a writer respects its history depth and drops readers that do not acknowledge.
+//! RustDDS 0.15.1 blocks a reliable writer once `max_samples` samples (default 8192) wait for the acknowledgment of any reader.
+//! Then no reader gets further samples. The history depth does not matter (`writer_send_buffer.rs`). For a transient-local topic,
+//! RustDDS always stores `max_samples` samples. Delete this module when a writer respects its history depth and drops readers that
+//! do not acknowledge.
 //!
 //! RustDDS also stores samples for the readers of a participant. For each topic, their number is the largest `max_samples` of the
 //! participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
