@@ -6,9 +6,9 @@
 //! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal in the sample is lost.
 //!
 //! Therefore this module requests sample 1 shortly after the reader knows the writer ([`MOMENT`]). A writer ignores the request if
-//! it has not published yet, or if its first sample is older than the reader. If the sample has arrived without the request, it
-//! arrives twice, and the reader returns it once. Writers of other vendors need no request, because they answer the reader's first
-//! acknowledgment at once.
+//! it has not published yet, or if its first sample is older than the reader. If the sample also arrives without the request, it
+//! arrives twice. The reader then returns it only once. Writers of other vendors need no request, because they answer the reader's
+//! first acknowledgment at once.
 //! Delete this module when test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without the module.
 
 use super::own_datagrams::{OwnDatagrams, addresses};
