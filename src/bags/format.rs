@@ -5,7 +5,7 @@ use super::message::Topic;
 
 /// The content of a file in one format.
 pub(super) trait Format: std::fmt::Debug + Send {
-    /// Returns the blocks, whose messages are in order of time.
+    /// Returns the blocks of the file. The messages of different blocks may overlap in time.
     fn blocks(&self) -> Vec<Block>;
 
     /// Unpacks a block, and returns its messages of the requested `types`. Returns at most `room` bytes of messages.

@@ -34,8 +34,8 @@ pub struct TopicRecord {
     /// type's `.msg` file, followed by the texts of all types that it uses. Before each of the other texts come a line of 80 `=`
     /// and a line `MSG: package/Name`.
     pub definition: Option<String>,
-    /// The RIHS01 hash of the type. If it is `None`, the bag gets the hash of a known type, or an empty hash for an unknown type,
-    /// as in rosbag2.
+    /// The RIHS01 hash of the type. If this is `None` and the type is in `msg_config/interfaces`, the writer uses the hash from
+    /// there. For another type it writes an empty hash, as rosbag2 does.
     pub hash: Option<String>,
 }
 

@@ -91,7 +91,7 @@ pub(super) async fn guard(ros_args: &RosArgs) -> super::Result<()> {
 }
 
 /// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network. While `waits` returns true,
-/// also returns an error if this host has an address that the process does not use, because the network came up after the process.
+/// also returns an error if this host got an address after the process had started. The process does not use such an address.
 pub(super) async fn until(
     signals: &mut Signals,
     waits: impl Fn() -> bool,

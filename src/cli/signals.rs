@@ -14,8 +14,8 @@ pub(super) struct Signals {
     last: Option<Instant>,
 }
 
-/// Signals that are not meant to end a process, but by default end it silently, even a servo in motion. One is SIGXFSZ: if SIGXFSZ
-/// is ignored, a write beyond a limit of `ulimit -f` fails like a write to a full disk.
+/// Signals that nobody sends in order to end a process. By default they end the process without a message, even a servo whose arm
+/// moves. One of them is SIGXFSZ. If SIGXFSZ is ignored, a write beyond a limit of `ulimit -f` fails like a write to a full disk.
 const IGNORED: [process::Signal; 8] = [
     process::Signal::USR1,
     process::Signal::USR2,

@@ -171,7 +171,7 @@ service! {
     too_long |response, bytes, room| ListResponse { result: response.result.shortened(bytes.saturating_sub(room)) }
 }
 service! {
-    /// Gets values. If they are too long for a reply, the reply has no values, as with rclcpp's nodes.
+    /// Gets the values of parameters. If the values are too long for a reply, the reply has no values, as with rclcpp's nodes.
     GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_response, _bytes, _room| Values::default()
 }
 service! {

@@ -78,8 +78,8 @@ pub(super) fn subscribe(
 }
 
 impl ArmInput {
-    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed scaling. The topic may also
-    /// carry the joint states of a gripper, so the last joint state that matches the arm counts.
+    /// Gives the servo every joint state that has arrived on the topic of arm number `arm`, and the newest speed scaling. It is not
+    /// sufficient to give the servo only the newest joint state, because that may be the joint state of a gripper.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, others, joint_states, speed_scaling, state, publishers, clock, stamp, speed } =
             self;

@@ -274,7 +274,8 @@ mod tests {
         Commands::new(&mut setup, &arms, sending).unwrap()
     }
 
-    /// A slow publisher: before it sends its first command, [`Commands::end`] is called. Records whether zeros were sent last.
+    /// A publisher that is slow: each `publish` calls [`Commands::end`] before it sends the command. Records whether the last
+    /// message was zeros.
     struct DelayedPublisher {
         commands: Arc<OnceLock<Arc<Commands>>>,
         stands: Arc<AtomicBool>,

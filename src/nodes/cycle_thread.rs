@@ -129,8 +129,8 @@ fn message(panic: &(dyn Any + Send)) -> &str {
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic")
 }
 
-/// Returns the first deadline after `now`, a whole number of periods after `deadline`, and the number of deadlines that were
-/// skipped.
+/// Returns the next deadline and the number of deadlines that were skipped. The next deadline is the first that is not before
+/// `now`. It is one or more whole periods after `deadline`.
 fn next_deadline(deadline: Duration, now: Duration, period: Duration) -> (Duration, u64) {
     let next = deadline + period;
     let late = now.saturating_sub(next);

@@ -282,7 +282,7 @@ impl Listener {
         self.tree.lock().are_rigid(&self.tool, &goal.frame)
     }
 
-    /// Reports where the frame of a sensor is, if TF knows that it is fixed to the tool or to the base.
+    /// Reports the pose of the sensor frame `frame`, if this frame is fixed to the tool or to the base according to TF.
     fn find_sensor(&self, frame: String) {
         let tree = self.tree.lock();
         let parent = [&self.tool, &self.base].into_iter().find(|parent| tree.are_rigid(parent, &frame));

@@ -43,8 +43,8 @@ pub(super) struct NotObeyed {
 }
 
 impl InForce {
-    /// Creates the settings in force of a servo of this kind. `settings` come from the parameters, have no live keep-outs, and are
-    /// already in the cycle. `idle` is the number of keep-outs and keep-ins in the parameters that the servo does not check.
+    /// Creates the settings in force of a servo of this kind. The cycle already uses `settings`, which come from the parameters and
+    /// have no live keep-outs. `idle` is the number of keep-outs and keep-ins in the parameters that the servo does not check.
     /// `requests` sends later settings to the cycle.
     pub fn new(
         settings: Settings,

@@ -197,7 +197,7 @@ fn solid(marker: &Marker) -> Result<Solid, String> {
     Ok(solid.moved(&pose.base_from_goal().frame()))
 }
 
-/// Returns the points of a marker. Adjacent triangles share corners, so duplicates are removed.
+/// Returns the points of a marker, multiplied by the marker's scale. Adjacent triangles share corners, so duplicates are removed.
 fn corners(marker: &Marker) -> Vec<Vector3<f64>> {
     let scale = &marker.scale;
     let scaled = |point: &Point| [scale.x * point.x, scale.y * point.y, scale.z * point.z];

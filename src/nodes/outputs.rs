@@ -83,7 +83,7 @@ impl Outputs {
         joint_name(number, &self.joints)
     }
 
-    /// Returns the name of the joint that its position limit has stopped; `None` if there is no such joint.
+    /// Returns the name of the joint that is stopped by its position limit; `None` if no limit stops a joint.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }

@@ -281,7 +281,7 @@ impl Report {
         Some(format!("no joint states on {}", arm.topic()))
     }
 
-    /// Warns once that the law would oscillate with these settings, as soon as joint states arrive.
+    /// Warns if the law would oscillate with the present settings. Checks this once after each change of the settings.
     fn log_demand(&mut self, cycle: &Snapshot) {
         let Some(demand) = cycle.demand else { return };
         if demand.is_too_much() {

@@ -1,7 +1,7 @@
 //! Detects other nodes that send commands to an arm.
 //!
 //! Discovery shows only possible publishers: a killed publisher counts until its lease ends, and a servo that never had a goal
-//! sends nothing. Therefore, if there are other publishers, the node listens to its own topic.
+//! sends nothing. Therefore, if discovery shows other publishers, the node also subscribes to the topic of its own commands.
 
 use super::guards::GuardStatuses;
 use dq_messages::NodeContract;

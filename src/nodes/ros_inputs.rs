@@ -219,8 +219,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the frame of the goal with this stamp \[ns\]. If the last accepted goal has this stamp and came in another frame,
-    /// returns that frame. Otherwise returns the servo's own frame.
+    /// Returns the frame in which the goal with this stamp \[ns\] was given. This is another frame than the servo's own only if the
+    /// last accepted goal has this stamp and was given in another frame.
     pub fn frame_of(&self, stamp: i64) -> &str {
         let taken = &self.taken_frame;
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
@@ -304,8 +304,8 @@ fn sender(
 }
 
 impl RosInputs {
-    /// Gives the servo everything that has arrived since the previous cycle, in this order: requests, results of a search, joint
-    /// states, goals, joint goals, motions of goals, and twists.
+    /// Gives the servo everything that has arrived since the previous cycle, in this order: requests, the result of a search, joint
+    /// states, wrenches, goals whose frames were found, new goals, joint goals, the motions of goals' frames, and twists.
     pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
         let record = &mut self.record;

@@ -4,9 +4,9 @@
 //! until the sender's own messages show that they do not. From then on, the age of a message is its delay relative to the sender's
 //! fastest messages.
 //!
-//! A wrong clock makes ages less exact. If the publisher was there before this node and its clock is behind, its messages may
-//! be rejected as late at first. The clock is known once two messages that arrive at least 0.1 s apart have the same offset, up to
-//! `JITTER`. The reason for the rejection names the apparent age.
+//! A wrong clock makes ages less exact. If the publisher is older than this node and the publisher's clock is behind, the servo may
+//! at first reject the publisher's messages as late. The reason for the rejection names the apparent age. The rejections end once
+//! two messages that arrive at least 0.1 s apart have the same offset, up to `JITTER`.
 
 use std::time::Duration;
 
@@ -15,9 +15,9 @@ use std::time::Duration;
 /// offset means that the clocks do not agree.
 const KEPT: i64 = 300_000_000_000;
 
-/// The largest relative drift between two clocks. Since the fastest message, the clocks may have drifted apart by `DRIFT` times the
-/// time since then, but at most by `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther apart. A message whose
-/// apparent delay is not larger than this drift counts as undelayed.
+/// The largest relative drift between two clocks. After the fastest message, the clocks may drift apart by `DRIFT` times the
+/// elapsed time. They drift by at most `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther apart. A message whose
+/// apparent delay is within this drift counts as undelayed.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 

@@ -227,8 +227,8 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
     })
 }
 
-/// Serves the services of the wrench sensor. A keystore from before they were introduced does not grant access to them. The servo works
-/// without them.
+/// Serves the services of the wrench sensor. A keystore from before these services were introduced does not grant access to them.
+/// In that case, the servo works without them.
 fn serve_contact(node: &mut Node, requests: &Sender<Request>) {
     let (tare, identify) = (requests.clone(), requests.clone());
     let served = node.serve_later::<Trigger, _>("~/tare", move |_| {

@@ -125,8 +125,8 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Begins a shutdown at 1 s, and does a step every 2 ms. Returns the duration of the shutdown, its outcome, and all steps before
-    /// the end. `command` and `reported` get the time since the shutdown began.
+    /// Begins a shutdown at 1 s, and calls [`Shutdown::step`] every 2 ms. Returns the duration of the shutdown, its outcome, and
+    /// all steps before the end. `command` and `reported` get the time since the shutdown began.
     fn end(
         command: impl Fn(Duration) -> f64,
         reported: impl Fn(Duration) -> Option<f64>,

@@ -14,7 +14,8 @@ impl Throttle {
         Self { interval, last: None }
     }
 
-    /// Returns true at the first call. Later returns true if, at `now`, the interval has passed since this function last did so.
+    /// Returns true at the first call. Later returns true if, at `now`, the interval has passed since the last call that returned
+    /// true.
     pub fn is_due(&mut self, now: Duration) -> bool {
         let is_due = self.last.is_none_or(|last| now.saturating_sub(last) >= self.interval);
         if is_due {

@@ -23,8 +23,8 @@ pub(super) struct WrenchInput {
     clock: Clock,
     /// The frames in which a wrench needs no lookup: the tool's and the base's.
     own: [String; 2],
-    /// The sensor's frame in the last wrench, if it was neither of `own`, and its pose according to TF; `None` until TF has
-    /// answered.
+    /// The name of the last sensor frame that is not in `own`, and the pose of this frame according to TF. The pose is `None` until
+    /// TF has answered.
     found: (String, Option<SensorFrame>),
     asks: Throttle,
 }

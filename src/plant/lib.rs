@@ -71,8 +71,8 @@ pub struct Plant {
     command_timeout: Duration,
 }
 
-/// An upper bound for the time in which a controller reacts to a joint state: from its reception until the plant receives the
-/// command that depends on it.
+/// An upper bound for the reaction time of a controller. The reaction time begins when the controller receives a joint state, and
+/// ends when the plant receives the command that depends on this joint state.
 const REACTION: Duration = Duration::from_millis(100);
 
 /// A valid command.
@@ -90,7 +90,8 @@ struct Target {
 }
 
 impl Plant {
-    /// Creates an arm at rest at `initial_positions` \[rad, prismatic: m\]. A velocity command older than `command_timeout` counts as zero.
+    /// Creates an arm at rest at `initial_positions` \[rad, prismatic: m\]. A velocity command older than `command_timeout` counts
+    /// as zero.
     pub fn new(initial_positions: Vec<f64>, command_timeout: Duration) -> Self {
         let zeros = vec![0.0; initial_positions.len()];
         Self {

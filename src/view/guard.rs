@@ -98,8 +98,9 @@ impl Guard {
         }
     }
 
-    /// Returns whether `host` is the server's address, `localhost`, or the name on which the server was asked to listen.
-    /// The port is ignored, because a tunnel (`ssh -L`) may change the port.
+    /// Returns whether `host` is an IP address, `localhost`, or the name on which the server was asked to listen. If the server
+    /// accepts connections from this host only, the IP address must be a loopback address. The port is ignored, because a tunnel
+    /// (`ssh -L`) may change the port.
     fn is_ours(&self, host: &str) -> bool {
         let Some(name) = without_port(host) else { return false };
         let name = name.to_ascii_lowercase();

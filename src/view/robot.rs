@@ -86,7 +86,7 @@ impl Robot {
         &self.values
     }
 
-    /// Returns the model of the robot description `text`; `None` if there is no text, or if the servo's arm has no description.
+    /// Returns the model of the robot description `text`; `None` if `text` is empty, or if the servo has no robot description.
     pub fn model(&self, text: &str) -> Option<Model> {
         let named = |wanted: &str| self.values.iter().find(|(name, _)| name == wanted);
         let value = |wanted: &str| match named(wanted) {

@@ -153,7 +153,8 @@ impl Server {
     }
 }
 
-/// Returns an address of this host at which other hosts reach a server that listens on `listening`.
+/// Returns the address for the link to a server that listens on `listening`. If `listening` stands for all addresses of this host,
+/// returns the one from which this host sends packets to other networks, or loopback if there is none.
 fn reachable(listening: IpAddr) -> IpAddr {
     if !listening.is_unspecified() {
         return listening;

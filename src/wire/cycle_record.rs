@@ -108,7 +108,7 @@ pub enum Recorded<'a> {
         velocities: Cow<'a, [f64]>,
         /// The number of the publisher.
         source: u32,
-        /// The age of the joint state by its stamp.
+        /// The age of the joint state by its stamp; `None` if the age is unknown.
         stamp_age: Option<Duration>,
     },
     /// [`Event::Listeners`]: the number of the arm, and whether anyone subscribes to its commands.
@@ -130,7 +130,7 @@ pub enum Recorded<'a> {
     Waits(Sent),
     /// A joint goal: [`Event::JointGoal`].
     JointGoal {
-        /// The position of each joint, arm after arm \[rad, prismatic: m\].
+        /// The position of each joint, arm after arm \[rad, prismatic: m\]; `None` for a joint that the message does not name.
         positions: Cow<'a, [Option<f64>]>,
         /// The time stamp of the message \[ns\].
         stamp: i64,

@@ -183,8 +183,8 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Returns key-value pairs about consent: whether there is consent, who last requested motion, and what last revoked consent.
-    /// The last two pairs come with the time since the event \[s\].
+    /// Returns key-value pairs about consent: whether there is consent, the last request, and the last revocation. With the request
+    /// and with the revocation comes a pair that has the time since then \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);

@@ -24,7 +24,7 @@ pub enum RecordingError {
     /// This process has lost the network.
     #[error("{why}: the bag has the {messages} messages received before")]
     Deaf {
-        /// The number of messages in the bag. Messages from before the loss are not missing.
+        /// The number of messages in the bag. The bag has all messages that arrived before the loss.
         messages: u64,
         /// The cause of the loss.
         why: NetworkEnd,

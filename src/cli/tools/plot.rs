@@ -174,7 +174,7 @@ fn notes(motions: &[&MotionRow]) -> String {
     motions.iter().filter_map(note).collect()
 }
 
-/// Returns a line for each run in which parts came near each other, with the smallest distance.
+/// Returns a line for each run in which the servo reported clearances. The line has the smallest clearance.
 fn clearances(runs: &[RecordedRun]) -> String {
     let least = |run: &RecordedRun| {
         run.least_clearance()

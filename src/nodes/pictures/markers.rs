@@ -96,7 +96,8 @@ fn axes(pose: &Pose, length: f64) -> Vec<(Point, ColorRGBA)> {
     (0..3).flat_map(axis).collect()
 }
 
-/// Returns the color of a law in figures. For two arms `name` is not the name of a law, and the color is that of `logc`.
+/// Returns the color in which `dq_figures` draws the law `name`. For two arms, `name` is not the name of a law. Then the color is
+/// that of `logc`.
 fn law(name: &str) -> ColorRGBA {
     color(law_color(name.parse().unwrap_or(Law::Logc)))
 }

@@ -1,12 +1,12 @@
 //! Detects that DDS no longer works in this process.
 //!
 //! RustDDS runs on two threads, and each of them ends at the first error of its `epoll_wait`, even at an interruption (RustDDS
-//! 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued gets such an error:
-//! ctrl-Z and `fg`, a debugger, a suspended machine. Without this module the node would continue without receiving, sending or
-//! reporting anything.
+//! 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process gets such an error if it is stopped and continued: by
+//! ctrl-Z and `fg`, by a debugger, or because the machine was suspended. Without this module the node would continue without
+//! receiving, sending or reporting anything.
 //!
-//! RustDDS also ignores a participant that was lost and is back (`peer_recovery`). In both cases the process must be restarted.
-//! Delete this module when a node that was stopped and continued works again. Then the servo in test `faults`
+//! RustDDS also ignores a participant that was lost and is back (`peer_recovery`). After either failure the process must be
+//! restarted. Delete this module when a node that was stopped and continued works again. Then the servo in test `faults`
 //! a_servo_frozen_in_motion_… no longer ends.
 
 use std::net::Ipv4Addr;
@@ -96,7 +96,7 @@ impl NetworkWatch {
     }
 
     /// Checks whether this process uses every address of this host. A process that still waits for its robot should end if this
-    /// check fails. A process that has met its robot may do without the new address.
+    /// check fails. A process that receives from its robot can continue without the new address.
     ///
     /// # Errors
     /// [`NetworkEnd::NewAddress`] if an address is not used.
@@ -119,7 +119,8 @@ impl NetworkWatch {
         }
     }
 
-    /// Returns whether all threads exist. This is cheap: the names of all threads are read only if a known thread is missing.
+    /// Returns whether all DDS threads exist. The check is cheap: it reads the names of all threads only if a known DDS thread is
+    /// missing, or if the number of participants has changed.
     fn threads_run(&mut self) -> bool {
         let participants = PARTICIPANTS.load(Ordering::Relaxed);
         if self.0.len() == NAMES.len() * participants && self.0.iter().all(|thread| thread.exists()) {

@@ -6,7 +6,7 @@ use rustdds::GUID;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-/// During this time after its start, this process cannot know whether a publisher that it discovers is older than the process.
+/// A publisher that is discovered within this time after the start of this process may be older than the process.
 const START: Duration = Duration::from_secs(5);
 
 /// The largest number of publishers that are remembered. Lost publishers are remembered too, so that a publisher that comes back

@@ -6,9 +6,9 @@
 //! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal in the sample is lost.
 //!
 //! Therefore this module requests sample 1 shortly after the reader knows the writer ([`MOMENT`]). A writer ignores the request if
-//! it has not published yet, or if its first sample is older than the reader. If the sample has arrived without the request, it
-//! arrives twice, and the reader returns it once. Writers of other vendors need no request, because they answer the reader's first
-//! acknowledgment at once.
+//! it has not published yet, or if its first sample is older than the reader. If the sample also arrives without the request, it
+//! arrives twice. The reader then returns it only once. Writers of other vendors need no request, because they answer the reader's
+//! first acknowledgment at once.
 //! Delete this module when test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without the module.
 
 use super::own_datagrams::{OwnDatagrams, addresses};
@@ -22,8 +22,8 @@ use std::time::Duration;
 /// The bits of an entity's kind (the last byte of its GUID) that are zero for entities that a user has created.
 const BUILT_IN: u8 = 0xc0;
 
-/// The time from the match to the request. Fast DDS accepts only one request for a sample, and ignores that request while its timer
-/// still counts the sample as in flight. The publisher stays much longer than this time.
+/// The time from the match to the request. Fast DDS answers only one request per sample. It ignores a request that arrives while
+/// its timer still counts the sample as in flight. The publisher stays much longer than this time.
 const MOMENT: Duration = Duration::from_millis(20);
 
 /// Sends requests to writers of Fast DDS on behalf of the readers of one participant.

@@ -1,9 +1,10 @@
 //! A subscription that replaces another one.
 //!
-//! RustDDS 0.15.1 gives a new reader the samples that it still stores for the topic, even if the reader is volatile, so that a
-//! message would be taken twice. Also, ros2-client drains the notifications of RustDDS at each `take`, which costs an allocation
-//! and a system call. Delete this module when a new volatile reader gets only messages that arrive after its creation, and the
-//! `lib` test a_cycle_allocates_… passes with `ros2_client::Subscription::take`.
+//! RustDDS 0.15.1 gives a new reader the samples that it still stores for the topic, even if the reader is volatile. The new
+//! subscription would therefore take messages that the replaced subscription has already taken. Also, ros2-client drains the
+//! notifications of RustDDS at each `take`, which costs an allocation and a system call. Delete this module when a new volatile
+//! reader gets only messages that arrive after its creation, and the `lib` test a_cycle_allocates_… passes with
+//! `ros2_client::Subscription::take`.
 
 use futures::Stream;
 use ros2_client::error::{ReadError, ReadResult};
@@ -16,8 +17,8 @@ use std::task::{Context, Poll, Waker};
 /// A subscription of ros2-client that may have replaced another one.
 pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// The replaced subscription has taken the messages that were received up to this time \[ns\]. Without a replaced subscription,
-    /// `i64::MIN`.
+    /// When the newest message that the replaced subscription has taken was received \[ns\]; `i64::MIN` if this subscription
+    /// replaces none.
     since: i64,
     /// When the newest of the taken messages was received \[ns\].
     newest: AtomicI64,

@@ -40,7 +40,7 @@ struct Address {
 impl Choice {
     /// Chooses among the present addresses of this host. If `named` is not empty, chooses the interfaces with these names or
     /// addresses. If `named` is empty and the host has at most [`FEW`] addresses, chooses all addresses. If the host has more,
-    /// chooses the addresses of hardware, and the address from which the host sends multicast.
+    /// chooses the addresses of the hardware interfaces, and the address from which the host sends multicast.
     pub fn now(named: &[String]) -> Self {
         let all = addresses();
         if !named.is_empty() {

@@ -6,9 +6,10 @@
 //! debug build of RustDDS panics.
 //!
 //! Therefore this module sends such a reply without RustDDS, as one well-formed DATA submessage in one UDP datagram, which the
-//! kernel divides. The submessage names the service's reply writer as its writer. It has the writer's next sequence number. Under
-//! this number RustDDS then writes a reply to nobody. The client has received the large reply by then, and treats the reply to
-//! nobody as a repetition. Other clients receive only the reply to nobody, so their sequence of numbers has no gap.
+//! kernel divides. The submessage names the service's reply writer as its writer, and has the writer's next sequence number. Then
+//! RustDDS writes another reply with the same sequence number, which no client accepts (`to_nobody`). The client has received the
+//! large reply by then, and treats the second reply as a repetition. Other clients receive only the second reply, so their
+//! sequence of numbers has no gap.
 //!
 //! RustDDS retransmits only what it has written, so the datagram is sent several times. A client that receives none of the copies
 //! has no reply and asks again. Replies to the clients of Cyclone do not need this: they carry the request's identity in the

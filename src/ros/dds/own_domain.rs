@@ -33,7 +33,7 @@ impl OwnDomain {
         self.id
     }
 
-    /// Claims the domain if nobody uses it. Any participant of any vendor has sockets on the domain's ports.
+    /// Claims the domain if nobody uses it. A domain is in use if its ports are: participants of every vendor have sockets on them.
     fn claim(id: u16) -> Option<Self> {
         let first = ports::first(id);
         let claim = UdpSocket::bind((Ipv4Addr::LOCALHOST, first + CLAIM)).ok()?;

@@ -25,8 +25,8 @@ pub struct RawMessage {
     pub cdr: Vec<u8>,
     /// The time at which the message was received \[ns since 1970\].
     pub received: i64,
-    /// The time at which the message was sent, by the sender's clock; if unknown, the time at which it was received [ns since
-    /// 1970].
+    /// The time at which the message was sent, by the sender's clock \[ns since 1970\]. If that time is unknown, this is equal to
+    /// `received`.
     pub sent: i64,
     /// The GUID of the publisher.
     pub publisher: [u8; 16],

@@ -1,8 +1,9 @@
 //! Limits how many samples RustDDS stores for a topic.
 //!
-//! RustDDS 0.15.1 blocks a reliable writer for all readers once `max_samples` (default 8192) wait for one of them, regardless of
-//! the history depth (`writer_send_buffer.rs`). For a transient-local topic, RustDDS always stores `max_samples` samples. Delete
-//! this module when a writer respects its history depth and drops readers that do not acknowledge.
+//! RustDDS 0.15.1 blocks a reliable writer once `max_samples` samples (default 8192) wait for the acknowledgment of any reader.
+//! Then no reader gets further samples. The history depth does not matter (`writer_send_buffer.rs`). For a transient-local topic,
+//! RustDDS always stores `max_samples` samples. Delete this module when a writer respects its history depth and drops readers that
+//! do not acknowledge.
 //!
 //! RustDDS also stores samples for the readers of a participant. For each topic, their number is the largest `max_samples` of the
 //! participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
@@ -14,8 +15,8 @@ use rustdds::policy::ResourceLimits;
 /// 8 s; with this limit, after 200 s.
 const UNACKNOWLEDGED: i32 = 200_000;
 
-/// The limit for latched topics. A reader that acknowledges none of this many samples blocks the next sample. Readers that join
-/// later then miss that sample.
+/// The limit for latched topics. While one reader has left this many samples unacknowledged, the writer cannot write the next
+/// sample. Readers that join later then miss that sample.
 const LATCHED: i32 = 500;
 
 /// Returns the limits of a writer. `is_latched` is true if the topic is latched.

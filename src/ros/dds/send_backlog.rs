@@ -85,7 +85,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// A waker that blocks its caller until the other end of the gate is dropped. Its caller is RustDDS's thread, at each message.
+    /// A waker that blocks its caller until the other end of the gate is dropped. RustDDS's thread calls the waker at each message.
     struct Gate {
         entered: Sender<()>,
         opened: Mutex<Receiver<()>>,

@@ -122,7 +122,8 @@ impl Environment {
         self.reach == Reach::Localhost
     }
 
-    /// Returns an error if the host has neither loopback nor a route for multicast, so that no packet could arrive anywhere.
+    /// Returns an error if no packet of this session could arrive anywhere. With [`Reach::Localhost`], this is the case if the host
+    /// has no loopback; with [`Reach::Subnet`], if it has neither loopback nor a route for multicast.
     pub(super) fn check_network(&self) -> Result<(), RosError> {
         let loopback = probe(Ipv4Addr::LOCALHOST);
         match (loopback, self.reach) {

@@ -179,8 +179,8 @@ impl Current {
 /// The largest number of parameters that one request can set.
 const MOST_AT_ONCE: usize = 2000;
 
-/// The largest number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer than the
-/// rest of the request.
+/// The largest number of unknown names per request for which a similar name is suggested. Searching for similar names takes longer
+/// than the rest of the request.
 const SUGGESTIONS: usize = 16;
 
 /// The largest total length of the reasons in one reply \[bytes\]. Clients on Cyclone hang if a reply is longer than 64 kB.
@@ -202,8 +202,9 @@ fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetPar
 
 /// Lists the names below the requested prefixes, to the requested depth, as rclcpp does.
 ///
-/// If the request names no prefix, the response has no prefixes either. They would only repeat the beginnings of the names, and the
-/// response would not fit into a packet.
+/// If the request names no prefix, this function returns no prefixes either. The prefixes would only repeat the beginnings of the
+/// names, and the response would not fit into a packet. If the response is still too long, `ListParameters::too_long` later
+/// replaces names by prefixes.
 fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
     let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
     let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
@@ -256,8 +257,8 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// In a secured graph a reply of more than one packet does not reach the client. In the list of the servo for one arm, a prefix
-    /// stands for the parameters of contact.
+    /// In a secured graph, a reply of more than one packet does not reach the client. The full list of the servo for one arm is
+    /// longer. So the reply has the prefix `contact` in place of the names of the contact parameters.
     #[test]
     fn the_list_of_every_node_fits_into_one_packet() {
         for (node, declarations) in nodes().unwrap() {

@@ -262,8 +262,8 @@ mod tests {
         wait_until(false).await;
     }
 
-    /// Runs a node of another vendor's DDS that announces itself with GIDs of `length` bytes. Returns the description of its
-    /// publisher, whether it knows our node, and the warnings that were logged.
+    /// Runs a peer: a node of another vendor's DDS that announces itself with GIDs of `length` bytes. Returns our description of
+    /// the peer's publisher, the peer's output that says whether it knows our node, and our warnings.
     async fn meet(length: usize) -> (String, String, Vec<String>) {
         let session = session();
         // The test holds this lock, so the node does not take the warnings.

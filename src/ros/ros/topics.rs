@@ -77,8 +77,8 @@ impl<M: Message> Publisher<M> {
         Self { inner, publishing: Publishing { guid, topic, dropped: AtomicU64::new(0), matches } }
     }
 
-    /// Queues a message for all readers. If a frozen reader leaves no room, the message is dropped and counted. A caller that
-    /// passes an [`Arc`] can write its next message into the same [`Arc`], because only a latched publisher keeps it.
+    /// Queues a message for all readers. If a frozen reader leaves no room, the message is dropped and counted. Unless the
+    /// publisher is latched, it does not keep the [`Arc`]. The caller can then write its next message into the same [`Arc`].
     pub fn publish(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write);
     }
