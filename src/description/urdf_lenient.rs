@@ -152,7 +152,8 @@ impl Xml {
     }
 }
 
-/// Returns a name without namespace prefixes. tinyxml2 does not know namespaces: `a:b` is not the name `b`.
+/// Returns a name with its colons replaced, so that no parser takes the part before a colon for a namespace. The name must not become
+/// `b` for `a:b`, because tinyxml2 knows no namespaces and takes the two for different names.
 fn plain(name: &str) -> String {
     name.replace(':', "_")
 }

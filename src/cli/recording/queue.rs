@@ -43,7 +43,7 @@ pub struct Progress {
     pub dropped: u64,
 }
 
-/// The receivers' end of the queue. It never blocks.
+/// The end of the queue into which the receivers of messages put them. Putting a message never blocks.
 #[derive(Clone)]
 pub(super) struct Queue {
     items: SyncSender<Item>,

@@ -228,8 +228,8 @@ async fn in_a_browser(
     }
 }
 
-/// Makes the paper's motions of relative position control: to twice the distance with the transposed Jacobian, and back with the
-/// damped inverse. The motion back also controls the orientation.
+/// Makes the paper's two motions of relative position control. The first doubles the distance between the tools, with the transposed
+/// Jacobian. The second moves back, with the damped inverse, and also controls the orientation.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> crate::cli::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = two_arm_scene(setting)?;
     let play = async |nodes: &mut NodeSet<'_>| {

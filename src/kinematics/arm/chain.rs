@@ -315,7 +315,8 @@ impl Chain {
     /// Calls `each` with the frames of two successive links at a time, base first. `positions` are the positions of the links in
     /// pairs. Each link moves about or along the z axis of its frame. Returns the frame of the last link.
     ///
-    /// This is fast because the half turns of the next pair are computed while this pair is multiplied.
+    /// This is fast because the sines and cosines for the next two links are computed while the frames of the present two links are
+    /// multiplied.
     #[inline]
     pub(super) fn pass_pairs(
         &self,

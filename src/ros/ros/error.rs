@@ -28,9 +28,9 @@ pub enum RosError {
     NoFreePort {
         /// The domain.
         domain: u16,
-        /// The first port of the domain for a participant.
+        /// The first port that the domain reserves for a participant.
         first: u16,
-        /// The last port of the domain for a participant.
+        /// The last port that the domain reserves for a participant.
         last: u16,
     },
     /// Every domain is in use.

@@ -1,4 +1,4 @@
-//! A body at given joint positions: the gaps between its parts and the parts that they can meet, and the derivatives of these gaps.
+//! A body at given joint positions: the gap of each pair of parts that can meet, and the derivatives of these gaps.
 
 use super::scene::{Against, Meeting, travel};
 use super::{Gap, MOST_CAPSULES, MOST_PAIRS, Scene, Segment};

@@ -158,9 +158,9 @@ pub struct Scene {
     /// The tools, as capsules without extent.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// The levers, one list with one number per joint for each part and for each pair of capsules. A lever is the largest motion
+    /// The levers: for each part, then for each pair of capsules, a list with one number per joint. A lever is the largest motion
     /// that the joint can give to the part, or to one capsule relative to the other, divided by the motion of the joint [m/rad,
-    /// prismatic: m/m]. The lists of single parts come first.
+    /// prismatic: m/m].
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,

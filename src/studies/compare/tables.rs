@@ -158,7 +158,8 @@ pub(super) fn by_plant(findings: &Findings) -> Table {
     shares(findings, false, columns)
 }
 
-/// Returns the table of the percentages that settle. Each column has the conditions of a key.
+/// Returns the table of the percentages of tasks that settle: a row for each law, and a column for each of `columns`, which are the
+/// heading and the conditions of the column.
 fn shares(findings: &Findings, has_stars: bool, columns: impl Iterator<Item = (String, Key)>) -> Table {
     let (heads, keys): (Vec<_>, Vec<_>) = columns.unzip();
     let text = |law: &str, key: &Key| {
