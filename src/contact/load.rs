@@ -87,8 +87,9 @@ impl Identification {
         let mean = self.directions / self.count;
         let mut spreads = (self.products / self.count - mean * mean.transpose()).symmetric_eigenvalues();
         spreads.as_mut_slice().sort_by(f64::total_cmp);
-        // This comparison also rejects NaN.
-        if !(spreads[1] >= SPREAD * SPREAD / 2.0) {
+        // False for NaN, which follows from no wrench and from no gravity.
+        let is_turned = spreads[1] >= SPREAD * SPREAD / 2.0;
+        if !is_turned {
             return Err(TooFewDirections);
         }
         let solution = self.normal.try_inverse().ok_or(TooFewDirections)? * self.right;
