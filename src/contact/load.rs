@@ -55,7 +55,7 @@ const UNKNOWNS: usize = 10;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     count: f64,
-    /// The sum of the directions of gravity, and the sum of their products.
+    /// The sum of the unit vectors `u` along gravity. The field `products` is the sum of `u uᵀ`.
     directions: Vector3<f64>,
     products: Matrix3<f64>,
     normal: SMatrix<f64, UNKNOWNS, UNKNOWNS>,

@@ -29,7 +29,7 @@ const FEWEST: usize = 4;
 /// The largest number of goals that are kept.
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried in addition to lag zero. Their product with `LAG_STEP` is the longest delay with which the servo
+/// Number of lags that are tried in addition to lag zero. `LAGS` times `LAG_STEP` is the longest delay with which the servo
 /// recognizes that a goal is an earlier pose of the tool. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].

@@ -67,8 +67,8 @@ impl Servo {
         self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 
-    /// Begins the escape that was found, unless the error is as large as when the last escape began. Returns whether the escape
-    /// begins.
+    /// Begins the escape that was found, if the error is below [`NEARER`] times the error at the beginning of the last escape.
+    /// Returns whether the escape begins.
     fn leave(&mut self, error: f64) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         let escape = &mut pursuit.watch.escape;
