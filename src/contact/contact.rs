@@ -51,7 +51,7 @@ pub struct ContactState {
 }
 
 impl ContactState {
-    /// Returns the publisher in use and another one, if two publishers send wrenches at `now`.
+    /// Returns the numbers of the publisher in use and of another one, if both send wrenches at `now`.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         self.sensor.sources.rivals(now)
     }

@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The load is known if the unit vector along gravity, in the tool frame, varies with at least this amplitude along two axes.
+/// The load can be identified if the unit vector along gravity, in the tool frame, varies with at least this amplitude along two
+/// axes.
 const SPREAD: f64 = 0.2;
 
 /// What hangs on the sensor.
