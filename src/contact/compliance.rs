@@ -6,8 +6,8 @@ use nalgebra::{Vector3, Vector6};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The least damping, as a multiple of `k T`, with the stiffness `k` of the contact and the delay `T`. At a multiple of 2/π, the
-/// contact would oscillate forever.
+/// The least damping, as a multiple of `k T`, with the stiffness `k` of the contact and the delay `T`. With a multiple of 2/π, even
+/// a goal without virtual mass would oscillate forever.
 const MARGIN: f64 = 1.5;
 
 /// How the goal yields to the wrench at the tool. Lists of six numbers are for motion along x, y, z and about x, y, z of the
@@ -73,7 +73,7 @@ pub(crate) fn sizes(wrench: &Vector6<f64>) -> [f64; 2] {
 
 impl Compliance {
     /// Returns the least damping at which the [stiffest](Self::stiffest) contact is stable, if the tool yields `delay` \[s\] after
-    /// the sensor's message: along, and about an axis \[N s/m, N m s/rad\].
+    /// the sensor's message. The first number is for motion along an axis, the second for motion about it \[N s/m, N m s/rad\].
     ///
     /// With stiffness `k` of the contact and delay `T`, the characteristic equation `m s² + d s + K + k exp(−s T) = 0` has a root
     /// `s = iω` only for `d = k sin(ωT)/ω ≤ k T`. So `d ≥ k T` is stable for every mass `m` and stiffness `K`.

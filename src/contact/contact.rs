@@ -51,7 +51,7 @@ pub struct ContactState {
 }
 
 impl ContactState {
-    /// Returns the publisher in use and another one, if two publishers send wrenches at `now`.
+    /// Returns the numbers of the publisher in use and of another one, if both send wrenches at `now`.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         self.sensor.sources.rivals(now)
     }
@@ -86,9 +86,9 @@ impl ContactState {
         }
     }
 
-    /// Moves the offset by one step of `dt` \[s\]. The controlled tool is at `tool_offset` in the tool frame. `rotation` turns from
-    /// the controlled tool to the goal. The tool follows the goal `delay` \[s\] later. Without `compliance`, the offset returns to
-    /// the identity.
+    /// Moves the offset by one step of `dt` \[s\]. The controlled tool is at `tool_offset` in the tool frame. `rotation` converts
+    /// vectors from the axes of the controlled tool to those of the yielded goal. The tool follows the goal `delay` \[s\] later.
+    /// Without `compliance`, the offset returns to the identity.
     pub fn yield_to_wrench(
         &mut self,
         compliance: Option<&Compliance>,

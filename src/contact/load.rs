@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The load is known if the unit vector along gravity, in the tool frame, varies with at least this amplitude along two axes.
+/// The load can be identified if the unit vector along gravity, in the tool frame, varies with at least this amplitude along two
+/// axes.
 const SPREAD: f64 = 0.2;
 
 /// What hangs on the sensor.
@@ -55,7 +56,7 @@ const UNKNOWNS: usize = 10;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     count: f64,
-    /// The sum of the directions of gravity, and the sum of their products.
+    /// The sum of the unit vectors `u` along gravity. The field `products` is the sum of `u uᵀ`.
     directions: Vector3<f64>,
     products: Matrix3<f64>,
     normal: SMatrix<f64, UNKNOWNS, UNKNOWNS>,

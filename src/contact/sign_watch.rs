@@ -26,7 +26,7 @@ const ALONG: f64 = 0.7;
 /// The contact in progress, with its first force \[N\] and its duration so far \[s\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Touch {
-    /// The direction of the tool's motion when the contact began; 0 if the tool stood.
+    /// The unit vector along the tool's motion when the contact began; zero if the tool stood.
     motion: Vector3<f64>,
     force: f64,
     since: f64,
@@ -59,7 +59,7 @@ impl SignWatch {
         touch.since <= TIME && size >= GROWN * touch.force && self.helps(force)
     }
 
-    /// Returns the direction of the tool's motion before a contact; 0 if the tool stood.
+    /// Returns the unit vector along the tool's motion before a contact; zero if the tool stood.
     fn motion(&self) -> Vector3<f64> {
         if self.velocity.norm() >= MOVES { self.velocity.normalize() } else { Vector3::zeros() }
     }

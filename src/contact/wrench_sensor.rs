@@ -9,7 +9,7 @@ use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The largest force or torque of a message \[N, N m\].
+/// The largest force or torque that a message may contain \[N, N m\].
 const LARGEST: f64 = 1e12;
 
 /// The low-pass and the mean count a longer interval between two messages as this long \[s\].

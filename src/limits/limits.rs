@@ -76,7 +76,7 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The average time between cycles over the duration of a stop \[s\]: the largest such average in the last seconds.
+    /// The largest average time between cycles in the last seconds \[s\]. Each average is over the duration of a stop.
     pub cycle: f64,
     /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
     /// lateness of a cycle or a joint state \[s\].
@@ -89,8 +89,8 @@ impl Braking<'_> {
         self.jerks.iter().any(|jerk| jerk.is_finite())
     }
 
-    /// Returns the largest difference between the changes of speed of joint number `joint` in two successive cycles [rad/s,
-    /// prismatic: m/s].
+    /// Returns by how much the changes of speed of joint number `joint` may differ in two successive cycles [rad/s, prismatic:
+    /// m/s].
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }

@@ -24,7 +24,7 @@ pub struct PositionLimits {
     pub margin: f64,
 }
 
-/// The displacement of a joint in [`PositionLimits::beside`] \[rad, prismatic: m\].
+/// For each kind of joint, the displacement in [`PositionLimits::beside`] \[rad, prismatic: m\].
 const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
 
 impl PositionLimits {

@@ -45,8 +45,8 @@ impl Arbiter {
         }
     }
 
-    /// Returns the current publisher and the other publisher while both are present; otherwise `None`. A publisher is present until
-    /// it has been silent for a second.
+    /// Returns the numbers of the current publisher and of the other publisher while both are present; otherwise `None`. A
+    /// publisher is present until it has been silent for a second.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         let there = |heard: &Heard| now.saturating_sub(heard.at) <= PRESENCE;
         self.other = self.other.filter(there);

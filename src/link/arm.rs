@@ -41,9 +41,9 @@ pub(crate) struct ArmLink {
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The displacement that was commanded to each joint in the last [`LATELY`] \[rad, prismatic: m\].
+    /// A buffer for the displacement that was commanded to each joint between two times \[rad, prismatic: m\].
     asked: Vec<f64>,
-    /// The mean speed that was commanded to each joint in the last [`LATELY`] [rad/s, prismatic: m/s].
+    /// The mean speed that was commanded to each joint during [`LATELY`] before the last comparison [rad/s, prismatic: m/s].
     means: Vec<f64>,
     /// The index of each joint of the arm in the last message.
     places: Vec<usize>,
@@ -294,7 +294,9 @@ impl ArmLink {
     }
 
     /// Sets `velocity` to the joint velocities of this arm [rad/s, prismatic: m/s], while the servo waits for the state of the
-    /// other arm. Uses the reported velocities if there are any, otherwise computes the velocities from the last two joint states.
+    /// other arm. Uses the reported velocities if there are any. Otherwise computes the velocities from the last two joint states.
+    /// If the reported velocities are below [`STANDSTILL`], or if they are missing and the two states are less than [`TWO_STATES`]
+    /// apart, sets the velocities to 0.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));

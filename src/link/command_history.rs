@@ -27,7 +27,7 @@ pub(crate) struct CommandHistory {
     speeds: Vec<f64>,
     /// Whether the last command moves the joints.
     moves: bool,
-    /// When the last command that moved a joint, apart from the newest command, ended \[s\].
+    /// When the last earlier command that moved a joint ended \[s\]. The newest command does not count.
     moved_until: f64,
 }
 

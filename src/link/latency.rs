@@ -55,7 +55,7 @@ pub(crate) struct Latency {
     count: f64,
     /// The sum of each joint's measured displacements \[rad, prismatic: m\].
     moved: Vec<f64>,
-    /// The sum of the squares of all motions \[rad²\].
+    /// The sum of the squares of all measured displacements \[rad²\].
     motion: f64,
     candidates: Vec<Candidate>,
 }
@@ -72,8 +72,8 @@ struct Candidate {
 impl Candidate {
     /// Returns the misfit \[rad²\]: the sum of the squared differences between motion and commands, for the best fit. The fit
     /// allows that the robot moves at a fraction f ≤ 1 of its commands, plus a constant speed of each joint. `motion` is the sum M
-    /// of the squared motions. The misfit is `M − 2 f P + f² W` with `f = P/W`, where P and W are the sums of [`Comparison`]. All
-    /// sums are taken about the means.
+    /// of the squared motions. The misfit is `M − 2 f P + f² W` with `f = P/W`, where P is the `product` and W is the `square` of
+    /// [`Comparison`]. All sums are taken about the means.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
         let count = latency.count.max(f64::MIN_POSITIVE);
         let joints = self.asked.iter().zip(&latency.moved);

@@ -86,8 +86,8 @@ pub struct ArmFigures {
     pub delay: Duration,
     /// The largest lateness of a cycle or of a joint state in the last seconds.
     pub lateness: Duration,
-    /// The average time between cycles over the duration of a stop: the largest such average in the last seconds, and at least the
-    /// control period.
+    /// The largest average time between cycles in the last seconds, and at least the control period. Each average is over the
+    /// duration of a stop.
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,

@@ -258,7 +258,7 @@ impl Link {
         })
     }
 
-    /// Ends the pause after which the servo tries an arm that does not follow. So the servo tries the arm at once.
+    /// Ends the pause of each arm that does not follow, so that the servo tries this arm again at once.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }

@@ -8,9 +8,11 @@
 //! dp̂/dt = K_I (u − θ̇ − p̂)
 //! ```
 //!
-//! With the parameter `integral`, the command is the motion plus the hold, which is p̂. Then θ̇ follows the motion, and the joint stands
-//! p/K_I below the position at which it was stopped. A limit on the command does not wind up the estimate, because u is the command that
-//! was sent.
+//! with the speed θ̇ of the joint and the rate K_I of the estimate, which `observed_at` returns.
+//!
+//! With the parameter `integral`, the command is the motion plus the hold, which is p̂. Then θ̇ follows the motion, and the joint
+//! stands p/K_I below the position at which it was stopped. A limit on the command does not wind up the estimate, because u is the
+//! command that was sent.
 
 use dq_limits::{Limits, Pace};
 use serde::{Deserialize, Serialize};
@@ -88,8 +90,8 @@ pub(crate) struct Observed {
     pub change: f64,
 }
 
-/// Returns the rate at which the estimate follows [1/s]. `integral` is the parameter, and `delay` is the time after which the robot
-/// responds \[s\].
+/// Returns the rate at which the estimate follows the pull [1/s]. `integral` is the value of the parameter `integral`, and `delay`
+/// is the time after which the robot responds \[s\].
 pub(crate) fn observed_at(integral: f64, delay: f64) -> f64 {
     let rate = if integral > 0.0 { integral } else { WATCHED };
     rate.min(STABLE / delay.max(f64::MIN_POSITIVE))
@@ -118,8 +120,9 @@ impl Pull {
         self.driven = false;
     }
 
-    /// Updates the estimate with the motion of `joints` within the time `passed` \[s\]. The robot moves at the fraction `factor` of
-    /// its commanded speed. The estimate follows at `rate` [1/s]. `largest` has the joints' speed limits [rad/s, prismatic: m/s].
+    /// Updates the estimate with the motion of `joints` within the time `passed`. The robot moves at the fraction `factor` of its
+    /// commanded speed. The estimate follows the pull at `rate` [1/s]. `largest` has the joints' speed limits [rad/s, prismatic:
+    /// m/s].
     pub fn observe(
         &mut self,
         joints: impl Iterator<Item = Observed>,

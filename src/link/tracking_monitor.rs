@@ -52,7 +52,8 @@ const SMOOTHING: f64 = 0.05;
 struct Part {
     largest: f64,
     smallest: f64,
-    /// The joint's distance divided by its commanded distance. The commanded distance counts as at least [`LEAST_DISTANCE`].
+    /// The joint's distance divided by its commanded distance, for the delay of [`SLACK`] at which this ratio is smallest. The
+    /// commanded distance counts as at least [`LEAST_DISTANCE`].
     excess: f64,
     /// The fraction of their commanded distance that the other joints have moved; −∞ if their commands were too small to tell.
     others: f64,
@@ -201,8 +202,8 @@ impl TrackingMonitor {
         self.losses = [None; LOSSES];
     }
 
-    /// Returns the joint that moves too far, counted from 0, and its distance divided by the commanded distance. `None` if no joint
-    /// does.
+    /// Returns the joint that moves too far, counted from 0, and its distance divided by the commanded distance. Returns `None` if
+    /// no joint moves too far.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         let (since, joint, factor) = self.too_far?;
         (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))

@@ -57,7 +57,7 @@ pub struct MotionRequest {
 /// The latest revocation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Revoked {
-    /// Every push up to this time is revoked.
+    /// Every push that began at or before this time is revoked.
     pub until: Duration,
     /// When the revoking event happened.
     pub at: Duration,
@@ -265,7 +265,7 @@ impl MotionRequests {
         })
     }
 
-    /// Notes a revocation at `now`, which revokes every push up to the time `until`.
+    /// Notes a revocation at `now`. It revokes every push that began at or before `until`.
     pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
         let revoked = Revoked { until, at: now, why };
         self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.request));

@@ -29,7 +29,7 @@ const FEWEST: usize = 4;
 /// The largest number of goals that are kept.
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried in addition to lag zero. Their product with `LAG_STEP` is the longest delay with which the servo
+/// Number of lags that are tried in addition to lag zero. `LAGS` times `LAG_STEP` is the longest delay with which the servo
 /// recognizes that a goal is an earlier pose of the tool. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
@@ -43,7 +43,8 @@ const TOOL_STEP: f64 = 0.0099;
 /// Number of the tool's poses that the longest lag and the window need.
 const MOST_POSES: usize = 214;
 
-/// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. Along a line this is 5 mm or 0.02 rad.
+/// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. For a uniform motion along a line, this
+/// spread is reached after 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
 /// A goal counts as moving independently if the tool's motion leaves too much of the goal's motion unexplained. Too much is more

@@ -25,8 +25,8 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Starts before the first error, so that the first error counts as progress. A later error does if it is smaller than the
-    /// smallest one by the fraction `share`.
+    /// Starts without an error, so that the first error counts as progress. A later error counts as progress if it is smaller than
+    /// the smallest error so far by the fraction `share`.
     pub fn new(share: f64) -> Self {
         let most = f64::INFINITY;
         Self { position: most, rotation: most, law: most, share, without: Duration::ZERO }

@@ -46,7 +46,7 @@ pub enum Reconfiguration {
     Found(Detour),
     /// The search has found nothing.
     NotFound {
-        /// The number of starts that the search tried.
+        /// The number of configurations from which the search started.
         starts: u32,
     },
     /// The arm is moving to the other configuration.
@@ -74,7 +74,7 @@ pub enum NoWayRound {
     /// The search found no configuration.
     #[error("no configuration within the limits was found in {starts} starts")]
     NotFound {
-        /// The number of starts that the search tried.
+        /// The number of configurations from which the search started.
         starts: u32,
     },
     /// The arm has already moved to the other configuration.

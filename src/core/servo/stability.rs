@@ -6,8 +6,9 @@ use std::time::Duration;
 /// Returns the largest rate λ at which a law is stable [1/s]. The law runs once per `period` T, and positions show a command after
 /// `latency` τ. The rate is `(2/T) sin(π T / (2 (2 τ + T)))`, which for short periods is `π / (2 (τ + T/2))`.
 ///
-/// An error δ that the law reduces at the rate λ follows `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. At the limit of stability,
-/// `z^(d+1) − z^d + λ T` has a root `exp(i φ)`. The first such φ is π/(2d + 1), with λ T = 2 sin(φ/2).
+/// Let δ(k) be an error in cycle k that the law reduces at the rate λ. It follows `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. At
+/// the limit of stability, the characteristic polynomial `z^(d+1) − z^d + λ T` has a root `exp(i φ)`. The smallest such φ is
+/// π/(2d + 1), with λ T = 2 sin(φ/2).
 ///
 /// A period of 0 stands for a law in continuous time: the rate is `π / (2 τ)`, and infinite if the latency is 0, too.
 pub fn largest_rate(latency: Duration, period: Duration) -> f64 {

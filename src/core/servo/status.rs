@@ -80,7 +80,7 @@ pub struct ContactStatus {
     pub wrench: Vector6<f64>,
     /// The distance \[m\] and angle \[rad\] by which the goal has yielded.
     pub offset: [f64; 2],
-    /// The least damping along an axis that is stable \[N s/m\], and the delay \[s\] that makes it necessary. `None` if the
+    /// The least stable damping of motion along an axis \[N s/m\], and the delay \[s\] that makes it necessary. `None` if the
     /// parameter `contact.damping` is enough.
     pub least_damping: Option<(f64, f64)>,
 }

@@ -56,10 +56,11 @@ struct Fit {
     pose: UnitDualQuaternion,
     /// The time of the newest pose, by the cycle's clock \[ns\].
     time: i64,
-    /// Three screw logs as coefficients of powers of the time \[s\]: the fitted pose relative to `pose`, the twist, and the rate of
-    /// change of the twist.
+    /// The fitted pose relative to `pose`, as a screw log \[rad, m\], then the twist [rad/s, m/s], then the twist's rate of change
+    /// [rad/s², m/s²].
     coefficients: [Vector6<f64>; 3],
-    /// The inverse of the normal matrix of the least-squares fit. Its rows belong to powers of the time divided by `span` \[s\].
+    /// The inverse of the normal matrix of the least-squares fit. Its rows and columns belong to the powers 0, 1 and 2 of the time
+    /// divided by `span` \[s\].
     covariance: Matrix3<f64>,
     span: f64,
 }
@@ -220,7 +221,7 @@ impl GoalStream {
     }
 
     /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` tells
-    /// whether position and rotation move independently of the tool. If not, they count as standing.
+    /// whether the position, and whether the rotation, moves independently of the tool. Otherwise it counts as standing.
     ///
     /// Let `T` be the largest age that a recent pose had when the next pose arrived. Up to an age `T` of the newest pose,
     /// extrapolates from this pose. Up to an age `2 T`, the goal stands at the last extrapolated pose. After that, returns `None`.

@@ -1,9 +1,9 @@
 //! Checks that each joint of an arm responds to its commands when it starts to move.
 //!
 //! A payload or gravity changes the speed of a joint by a constant amount (the pull), whatever the joint's command is. So the
-//! monitor compares only changes since an earlier time, the anchor. Let u₀ and v₀ be a joint's command and speed at the anchor. The
-//! command has demanded the change X = ∫u dt − u₀ Δt since then, and the joint has made the change Y = Δθ − v₀ Δt. A joint responds
-//! if Y follows X.
+//! monitor compares only changes since an earlier time, the anchor. Let u₀ and v₀ be a joint's command and speed at the anchor. In
+//! the time Δt since then, the joint has moved by Δθ under the command u. The command has demanded the change X = ∫u dt − u₀ Δt,
+//! and the joint has made the change Y = Δθ − v₀ Δt. A joint responds if Y follows X.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
@@ -53,8 +53,8 @@ const SLOW: f64 = 0.1;
 /// the distance at the speed that was commanded at the anchor.
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest error of the measured speed at an anchor [rad/s, prismatic: m/s]. It occurs if an encoder with 8192 counts per turn
-/// jumps by one count within a window.
+/// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
+/// per turn that jumps by one count within a window.
 const NOISE: f64 = 0.02;
 
 /// If a joint is not commanded to move, its anchors are updated after this time.

@@ -9,8 +9,8 @@ use dq_algebra::UnitDualQuaternion;
 use dq_search::{FoundEscape, Freedom};
 use std::time::Duration;
 
-/// A law counts as stuck only if the joints can reduce less than this fraction of its error: `|Jᵀ e| < 0.01 |e|` (rad and m weigh
-/// alike).
+/// A law counts as stuck only if the joints can reduce less than this fraction of its error: `|Jᵀ e| < 0.01 |e|`, with the law's
+/// error `e` and its Jacobian `J`. Rad and m weigh alike.
 const STUCK: f64 = 1e-2;
 
 /// A law counts as stuck only if it drives no joint faster than this [rad/s, prismatic: m/s].
@@ -67,8 +67,8 @@ impl Servo {
         self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 
-    /// Begins the escape that was found, unless the error is as large as when the last escape began. Returns whether the escape
-    /// begins.
+    /// Begins the escape that was found, if the error is below [`NEARER`] times the error at the beginning of the last escape.
+    /// Returns whether the escape begins.
     fn leave(&mut self, error: f64) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         let escape = &mut pursuit.watch.escape;

@@ -50,7 +50,7 @@ impl Hindrance {
     }
 }
 
-/// The saved state of an [`Output`].
+/// The saved state of an [`Output`]: its fields `motion`, `command`, `latched_limits`, `setpoint` and `begun`.
 pub(super) type SavedOutput = (Vec<f64>, Vec<f64>, LatchedLimits, Setpoint, bool);
 
 impl Output {

@@ -37,8 +37,9 @@ const MOST_GAPS: usize = 200;
 /// limits on speed near position limits.
 ///
 /// Let `θ̇_w` be the desired velocity. If the desired motion is a motion of the tool, the nearest velocity is the one with the
-/// nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing
-/// arm satisfies the constraint of every gap above the clearance. So there is a solution if all gaps are above the clearance.
+/// nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`, with the Jacobian `J` and the weight μ = [`JOINT_WEIGHT`]. Otherwise
+/// it is the one with the nearest joint motion. A standing arm satisfies the constraint of every gap above the clearance. So there
+/// is a solution if all gaps are above the clearance.
 /// Constraints that make gaps grow are dropped if they contradict each other. If rounding leaves no solution, the velocity is zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
@@ -82,7 +83,7 @@ impl Constraints {
     }
 
     /// Sets the weight matrix of the quadratic program. If the desired motion is a motion of the joints, this is the identity.
-    /// Otherwise it is `JᵀJ + μ I`, with the rows of the Jacobian `J` that the aim controls.
+    /// Otherwise it is `JᵀJ + μ I`, with the rows of the Jacobian `J` that the aim controls, and with μ = [`JOINT_WEIGHT`].
     fn weigh(&mut self, input: &FilterInput) {
         let joints = self.slope.len();
         self.weights.fill(0.0);

@@ -11,9 +11,9 @@ const JERK_SHARE: f64 = 0.25;
 
 /// Scales joint velocities so that the path of the law requires no more than the available acceleration and jerk.
 ///
-/// Let `A` be the acceleration from the law's present velocity to the law's velocity at the end of the cycle. At `s` times the
-/// law's speed, the path requires the acceleration `s² A`, so `s = √(limit / |A|)`. Without this scaling, a law with a high gain
-/// would overshoot its goal, because the acceleration limit would prevent it from braking in time.
+/// Let `v` be the law's present velocity, and `A` the acceleration from `v` to the law's velocity at the end of the cycle. At `s`
+/// times the law's speed, the path requires the acceleration `s² A`, so `s = √(limit / |A|)`. Without this scaling, a law with a
+/// high gain would overshoot its goal, because the acceleration limit would prevent the arm from braking in time.
 ///
 /// The acceleration is assumed to change at the relative rate of the speed, so the jerk is `|A|²/|v|`. At `s` times the speed, the
 /// path requires `s³` times that jerk.

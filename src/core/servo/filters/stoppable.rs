@@ -14,17 +14,17 @@ const ROUNDING: f64 = 1e-9;
 /// Largest number of points along a stop that are checked.
 const MOST_PLACES: u32 = 40;
 
-/// Number of cycles by which a stop may take longer than computed, because each of its parts is rounded up.
+/// Number of cycles by which a stop may take longer than computed, because the duration of each of its phases is rounded up.
 const MORE_CYCLES: usize = 10;
 
 /// Largest number of times that a path is halved.
 const DEPTH: usize = 10;
 
-/// Accepts a velocity if, after it, the arm can be stopped without closing any gap, each joint by its own deceleration. Otherwise
-/// slows down along the present path, or stops.
+/// Accepts a velocity if, after it, the arm can be stopped without closing any gap. In this stop, each joint brakes with its own
+/// deceleration. If the velocity is not accepted, slows down along the present path, or stops.
 ///
-/// Each earlier velocity was accepted in the same way. So a stop at any time closes no gap, even if its last command acts for one
-/// more cycle than recent commands did. The path of the stop is checked at the arm's position after a number of cycles. If the gaps
+/// Each earlier velocity was accepted in the same way. So a stop at any time closes no gap, even if one command of the stop acts
+/// for one cycle longer than recent commands did. The path of the stop is checked at its beginning and at its end. If the gaps
 /// there do not prove that the path in between is clear, the path is halved and checked at its middle, too (Schwarzer, Saha &
 /// Latombe 2005).
 pub(super) struct Stoppable {
@@ -231,8 +231,8 @@ impl PathCheck<'_> {
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
-    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a bound that takes little time. If
-    /// `is_enough` says that this bound does not prove enough about the path nearby, measures the gap.
+    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a bound that takes little time.
+    /// Measures the gap if this bound is too small, or if `is_enough` says that it does not prove enough about the path nearby.
     fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
