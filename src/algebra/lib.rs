@@ -10,7 +10,8 @@
 //! - `q` and `-q` are the same pose. `dq_kinematics::control::SignMemory` chooses the sign for the laws.
 //! - Pose error `e = q_d* q` (eq. 28). Twists are ordered angular first, `ξ = (ω, v)`; the body twist moves the pose by
 //!   `q̇ = ½ q (ω + ε v)`.
-//! - Names carry frames: `base_from_tool` maps tool coordinates to base coordinates, so that products cancel by eye.
+//! - Names carry frames: `base_from_tool` maps tool coordinates to base coordinates. In a product, equal neighbors
+//!   cancel: `base_from_a * a_from_b` is `base_from_b`.
 //!
 //! # The paper's appendix A, by its names
 //!
@@ -41,8 +42,8 @@
 //! let product = pose * pose; // dqmult
 //! let by_matrix = dual_hamilton_plus(pose.as_dual_quaternion()) * pose.to_vector8(); // dHp (eq. 9–11)
 //! assert!((by_matrix - product.to_vector8()).norm() < 1e-15);
-//! assert!((product.half_log()[2] - 1.0).abs() < 1e-15); // logdq (eq. 32): half the angle, of twice 1 rad
-//! assert!((product.screw_log()[2] - 2.0).abs() < 1e-15); // the logarithm of SE(3), which the paper's is not
+//! assert!((product.half_log()[2] - 1.0).abs() < 1e-15); // logdq (eq. 32): half of the angle 2 rad
+//! assert!((product.screw_log()[2] - 2.0).abs() < 1e-15); // the logarithm of SE(3), unlike the paper's
 //! ```
 //!
 //! The tests check all of this: properties of random poses, a grid from 0 past π, and comparisons with nalgebra, the matrix

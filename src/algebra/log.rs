@@ -61,7 +61,7 @@ impl UnitDualQuaternion {
     }
 
     /// Returns the pose at the fraction `t` of the screw from this pose (`t` = 0) to `other` (`t` = 1). This is screw linear
-    /// interpolation (Kavan et al. 2006): `q exp(t log(q* other))`.
+    /// interpolation (Kavan et al. 2006): `q exp(t log(q* other))`, with this pose as q.
     ///
     /// Takes the shorter of the two screws, whatever the signs of the poses are. At a half turn, both screws are equally long.
     /// Then the signs of the poses decide or, if the scalar part is 0, rounding. A `t` outside \[0, 1\] continues on the screw.

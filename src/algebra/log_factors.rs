@@ -25,8 +25,9 @@ pub(super) fn log_factors(half_cosine: f64) -> [f64; 2] {
     ((one + two * x) + (three + four * x) * square).to_array()
 }
 
-/// The coefficients of both polynomials, by the powers of `1 − cos ½θ`, the constants first. The polynomials equal the functions at
-/// the 21 Chebyshev points of [0, 1], computed with 60 digits. Between these points the relative error is 4e-17.
+/// The coefficients of both polynomials. Row i, counted from 0, has the two coefficients of `(1 − cos ½θ)ⁱ`: for `½θ / sin ½θ`,
+/// then for β. The polynomials equal the functions at the 21 Chebyshev points of [0, 1], computed with 60 digits. Between these
+/// points the relative error is 4e-17.
 const COEFFICIENTS: [[f64; 2]; 21] = [
     [1.0, 0.083_333_333_333_333_33],
     [0.333_333_333_333_309_45, 0.011_111_111_111_110_497],

@@ -148,6 +148,7 @@ impl UnitDualQuaternion {
     }
 
     /// Returns the 6×6 matrix that converts twists `(ω, v)` of the body to twists in the base frame: `[R 0; [t]×R R]`.
+    /// R is the rotation matrix of this pose, t its translation, and `[t]×` the matrix of the cross product with t.
     pub fn adjoint(&self) -> Matrix6<f64> {
         let rotation = self.rotation().to_rotation_matrix().into_inner();
         let mut adjoint = Matrix6::zeros();

@@ -15,8 +15,8 @@ const CLOSED_TOLERANCE: f64 = 1e-3;
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// For each pair of parts, the largest gap so far \[m\], at most 0. It is negative if the pair has always overlapped. `None`
-    /// before the first check.
+    /// For each pair of parts, the largest gap so far \[m\], or 0 if that is less. It is negative if the pair has always
+    /// overlapped. `None` before the first check.
     closed: Option<Vec<f64>>,
 }
 

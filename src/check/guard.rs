@@ -105,7 +105,8 @@ impl Guard {
         (self.silent_since, self.stopping) = (now, None);
     }
 
-    /// Returns the time without a command after which the guard stops a moving arm: the timeout, or longer for a slow servo.
+    /// Returns the time without a command after which the guard stops a moving arm: the timeout, or [`PERIODS`] control periods of
+    /// the servo if they are longer.
     fn patience(&self) -> Duration {
         self.timeout.max(PERIODS * self.intervals[0].min(self.intervals[1]))
     }
@@ -220,8 +221,8 @@ mod tests {
         None
     }
 
-    /// Runs a guard with commands until 100 ms. The arm follows them, then moves on. Returns the time \[ms\] and the value of the
-    /// guard's first command.
+    /// Runs a guard that receives the commands `command` until 100 ms. The arm never stops moving. Returns the time \[ms\]
+    /// and the value of the guard's first command.
     fn after(interface: Interface, command: impl Fn(f64) -> [f64; 2]) -> Option<(u32, Vec<f64>)> {
         watches(interface, |time| (time <= 0.1).then(|| command(time)), |time| Some([1.0, time]), |_| true)
     }

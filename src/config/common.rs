@@ -76,7 +76,8 @@ pub(super) struct TrajectoryParameters {
 }
 
 impl TrajectoryParameters {
-    /// Returns the control period of a servo with this `interface`. `other` is the period of interfaces other than trajectories.
+    /// Returns the control period of a servo with this `interface`. For any interface except trajectories, it
+    /// is `other`.
     pub fn period(&self, interface: Interface, other: Duration) -> Duration {
         if interface == Interface::Trajectory { period(self.trajectory_rate) } else { other }
     }

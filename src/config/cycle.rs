@@ -73,7 +73,7 @@ pub(super) struct DampingParameters {
     /// lambda of the damped inverse at a singularity; rad and m weigh alike, for the tool and for the joints
     #[parameter(default = 0.05, range = 0.0..=1.0)]
     max: f64,
-    /// smallest singular value below which damping begins
+    /// damping begins when the smallest singular value falls below this
     #[parameter(default = 0.05, range = POSITIVE..=1.0)]
     threshold: f64,
 }

@@ -34,8 +34,8 @@ impl Dynamics {
     }
 }
 
-/// Returns `list` for the joints of all arms. `joints` are the numbers of joints of the arms. If there are two arms with as many
-/// joints as the list has numbers, the list counts for each arm.
+/// Returns a list for the joints of all arms, arm after arm. `joints` has the number of joints of each arm. If every arm has as
+/// many joints as `list` has numbers, the result repeats `list` for each arm. Otherwise the result is `list` itself.
 pub(super) fn for_each_arm(list: Vec<f64>, joints: &[usize]) -> Vec<f64> {
     if joints.iter().all(|count| *count == list.len()) { list.repeat(joints.len()) } else { list }
 }

@@ -24,7 +24,7 @@ struct TwoArmParameters {
     /// form of the law of two arms: J^T K e (as in the paper) or J^+ K e
     #[parameter(one_of = Map::NAMES, default = Map::DampedInverse)]
     controller: Map,
-    /// component of the right tool's pose relative to the left tool that the law controls
+    /// component that the law controls, of the pose of the right tool relative to the left tool
     #[parameter(one_of = Aim::RELATIVE_NAMES, default = Aim::Position.relative_name())]
     primitive: String,
     /// gain K of the transposed form
@@ -107,8 +107,8 @@ impl Parameters for DualParameters {
     }
 }
 
-/// Returns the frames of the two tools. If both frames have the same name, or `right` is empty, each frame gets the name `left`
-/// with a prefix: the namespace of its plant.
+/// Returns the frames of the two tools. If both frames have the same name, or `right` is empty, both are called `left`, with the
+/// prefixes `left/` and `right/`: the namespaces of the plants.
 fn frames(left: &str, right: &str) -> Frames {
     if right.is_empty() || right == left {
         let [goal, tool] = ["left", "right"].map(|side| format!("{side}/{left}"));

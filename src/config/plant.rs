@@ -22,7 +22,7 @@ pub struct PlantParameters {
     pub initial_positions: Vec<f64>,
     /// The limits in the robot_description that the plant makes from Denavit-Hartenberg rows. The plant itself ignores them.
     pub limits: Vec<JointLimits>,
-    /// The age from which a command counts as zero.
+    /// The age from which the plant treats a command as zero, so that the arm stops.
     pub command_timeout: Duration,
     /// The simulated imperfections of the robot.
     pub realism: Realism,

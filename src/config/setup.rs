@@ -52,8 +52,8 @@ impl ForArm for Servo {
 }
 
 impl ServoParameters {
-    /// Creates the parameters for two built-in arms `name`. The base of the right arm is at `left_base_from_right_base`. The
-    /// controlled pose is the pose of the right tool relative to the left tool.
+    /// Creates the parameters for two arms, each like the built-in arm `name`. The base of the right arm is at
+    /// `left_base_from_right_base`. The controlled pose is the pose of the right tool relative to the left tool.
     ///
     /// # Errors
     /// [`SetupError::UnknownArm`] for an unknown name.

@@ -1,8 +1,11 @@
 //! Measures the figures of a motion: numbers such as its settling time. The project defines each figure only here.
 //!
-//! | figure | formula, for samples k at times t_k |
+//! Sample k is taken at the time t_k. It has the error e_k, the tool's position p_k and the joint velocities θ̇_k. The last sample
+//! is n, and g is the goal's position.
+//!
+//! | figure | formula |
 //! |---|---|
-//! | settling time | the last t_k with an error above `max(2 %  of e_0, tolerance)`, if the last error is within that |
+//! | settling time | the last t_k with e_k above `max(2 % of e_0, tolerance)`, if e_n is not above it |
 //! | path length | `Σ \|p_k − p_{k−1}\|` |
 //! | straight line | `\|p_n − p_0\|` |
 //! | path ratio | path length / straight line |
@@ -28,7 +31,7 @@ pub struct Settling {
 
 impl Settling {
     /// Creates the measurement. The error counts as settled while it is at most 2 % of `reference`, or at most `tolerance` if that
-    /// is larger. `reference` is the initial error or a final value.
+    /// is larger. `reference` is the initial error or, for a value that settles, its final value.
     pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
             band: (SETTLING_BAND * reference.abs()).max(tolerance),

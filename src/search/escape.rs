@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// The least speed of an escape [rad/s, prismatic: m/s]: the norm of all joint velocities.
 pub const ESCAPE_SPEED: f64 = 0.3;
 
-/// The least curvature of the error, as a fraction of the squared error, that counts as an escape. If two joints must move to
+/// A curvature of the error counts as an escape if it is at least this fraction of the squared error. If two joints must move to
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 

@@ -22,11 +22,11 @@ const STEPS: u32 = 60;
 /// Largest step of a joint \[rad, prismatic: m\]. The linearization is good enough for a step up to this size.
 const LONGEST_STEP: f64 = 0.5;
 
-/// This fraction of the error is the λ of the [damped inverse](Damping), and also its σ₀, the singular value below which it damps.
-/// `DAMPINGS` bounds both.
+/// The λ of the [damped inverse](Damping) is this fraction of the error, within the bounds [`DAMPINGS`]. Its σ₀, the singular value
+/// below which it damps, equals λ.
 const DAMPING: f64 = 0.3;
 
-/// The bounds of λ and σ₀: each is at most the first number, and the second number is added to each.
+/// The first number bounds the product of `DAMPING` and the error. λ and σ₀ are this product plus the second number.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
 /// The fraction of the goal tolerance within which the search counts the goal as reached. It is less than 1, so that the law
@@ -147,8 +147,9 @@ impl Search {
         Found { asked: self.asked.unwrap_or_default(), starts: self.starts, positions }
     }
 
-    /// Sets the positions to the next start: first the arm's own positions, then the points `frac(½ + n φᵢ)` of each joint's range.
-    /// Here `φᵢ = g⁻ⁱ` and `g^(d+1) = g + 1` for d joints. This sequence leaves no large gaps (Roberts 2018).
+    /// Sets the positions to the next start. Start 0 is at the arm's own positions. In start n, joint i (counted from 1) is at the
+    /// fraction `frac(½ + n φᵢ)` of its range. Here `φᵢ = g⁻ⁱ` and `g^(d+1) = g + 1` for d joints. This sequence leaves no large
+    /// gaps (Roberts 2018).
     fn start(&mut self) {
         let (from, limits) = (&self.from, &self.limits);
         let root = (0..ROOT_STEPS).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (from.len() as f64 + 1.0)));
@@ -194,7 +195,8 @@ impl Search {
     }
 
     /// Stores the positions found if their travel time is shorter than that of all positions before. First shifts each revolute
-    /// joint by whole turns, within its limits, to the equal position that is nearest to the joint's position when the servo asked.
+    /// joint by whole turns, within its limits, to the equivalent position that is nearest to the joint's position when the servo
+    /// asked.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;

@@ -14,7 +14,8 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// The distance of a goal from the arm's foot, and an upper bound of the arm's reach from there \[m\]. The foot is the arm's base.
+/// Two lengths \[m\]: the distance of a goal from the arm's foot, and an upper bound of the reach from the foot. The foot is the
+/// base.
 /// If prismatic joints carry the whole arm, the foot is the end of these joints, at its position nearest to the goal. For two arms,
 /// the lengths are the distance between the tools at the goal, and an upper bound of the distance between the tools.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

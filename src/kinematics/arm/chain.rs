@@ -30,7 +30,7 @@ pub struct Chain {
     /// The frame of the tool, relative to the last link; `None` if it is the last link's frame.
     last_link_from_tool: Option<Isometry3<f64>>,
     tool_offset: UnitDualQuaternion,
-    /// The links in pairs.
+    /// The links, base first, two in each pair. The last pair may have a single link.
     pairs: Vec<LinkPair>,
     /// The rotation about z before the first joint.
     first_turn: ChainEnd,
@@ -118,7 +118,7 @@ impl Chain {
         self.drivers.as_ref().map_or(&self.link_kinds, |drivers| &drivers.kinds)
     }
 
-    /// Recomputes the links from the fixed transforms.
+    /// Computes the pairs of links and the first rotation again, from the fixed transforms.
     fn with_links(mut self) -> Self {
         let links: Vec<_> = self.before_joint.iter().map(Link::new).collect();
         let befores = links.iter().map(|(_, before, _)| *before);
@@ -228,8 +228,8 @@ impl Chain {
         links.sum::<f64>() + tool
     }
 
-    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14). Its quaternion has the sign of the
-    /// product of the factors.
+    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14). It is a product of
+    /// transforms, and its quaternion has the sign of that product.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.

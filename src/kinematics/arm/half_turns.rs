@@ -40,16 +40,17 @@ pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     ((1.0 - twice * sin) ^ odd, (twice * cos) ^ odd)
 }
 
-/// Coefficients of y³, y⁵ … y¹³ of the sine, divided by y: two lists of alternate coefficients, each with the highest power first.
-/// The polynomial equals the sine at six Chebyshev points of y², computed with 60 digits. Between these points its error is at most
-/// 1.3e-17.
+/// Coefficients of y³, y⁵ … y¹³ in the polynomial for `sin y`. The first list has the coefficients of y¹¹, y⁷ and y³, the second
+/// those of y¹³, y⁹ and y⁵. The coefficient of y is 1. The polynomial equals the sine at six Chebyshev points
+/// of y², computed with 60 digits. Between these points its error is at most 1.3e-17.
 const SINE: ([f64; 3], [f64; 3]) = (
     [-2.505_113_184_500_362_4e-8, -1.984_126_983_675_885_7e-4, -0.166_666_666_666_666_66],
     [1.591_812_929_486_660_8e-10, 2.755_731_610_255_244e-6, 8.333_333_333_330_948e-3],
 );
 
-/// Coefficients of y², y⁴ … y¹⁴ of the cosine, in the order of [`SINE`]. The polynomial equals the cosine at seven points; its
-/// error is at most 1.2e-19.
+/// Coefficients of y², y⁴ … y¹⁴ in the polynomial for `cos y`. The first list has the coefficients of y¹⁴, y¹⁰, y⁶ and y², the
+/// second those of y¹², y⁸ and y⁴. The constant is 1. The polynomial equals the cosine at seven points; its error is at most
+/// 1.2e-19.
 const COSINE: ([f64; 4], [f64; 3]) = (
     [-1.136_799_865_402_249_4e-11, -2.755_731_556_634_189_5e-7, -1.388_888_888_888_077_5e-3, -0.5],
     [2.087_588_673_804_705_2e-9, 2.480_158_729_369_346e-5, 0.041_666_666_666_666_64],

@@ -1,4 +1,4 @@
-//! Joints: their kinds, and their places in a chain.
+//! Joints: their kinds, their axes, and their frames in a chain.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Unit, Vector3};

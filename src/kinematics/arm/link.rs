@@ -34,8 +34,8 @@ impl Link {
     }
 }
 
-/// Two successive joints, or a single last joint, each with the link before it. The half turns of both joints are computed at
-/// once.
+/// Two successive joints, or a single last joint, each with the link before it. The cosines and sines of both half angles are
+/// computed at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LinkPair {
     pub links: [Link; 2],
@@ -140,7 +140,7 @@ impl ChainEnd {
         Self::z_axes(&[*self; 2]).0.map(|same| same.to_array()[0])
     }
 
-    /// Returns the directions of the z axes of two frames, and their origins.
+    /// Returns the directions of the z axes of two frames, and the origins of the frames.
     #[inline(always)]
     pub fn z_axes(both: &[Self; 2]) -> (Vector3<f64x2>, Vector3<f64x2>) {
         let [w, z] = f64x2::transpose(both.map(|end| end.along));

@@ -1,16 +1,16 @@
-//! Two numbers or two vectors in one register, for two joints that are computed at once.
+//! Two numbers in one register, or two vectors in three registers, for two joints that are computed at once.
 
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// Two vectors in one register.
+/// Two vectors. The first register has both x, the second both y, the third both z.
 pub(crate) type Pair = Vector3<f64x2>;
 
 /// A pair of zero vectors. The compiler would make a loop of nalgebra's zero vector.
 pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
 
-/// The motions that two joints give a tool: its angular velocities, and the velocities of the tool point. They are per unit of each
-/// joint's speed.
+/// The motions that two joints give a tool at unit joint speed: first the two angular velocities of the tool, then the two
+/// velocities of the tool point.
 pub(crate) type Motions = (Pair, Pair);
 
 /// Loads the first two of `numbers` into a register. A missing second number is 0.
@@ -38,13 +38,13 @@ pub(crate) fn side_by_side(first: f64, second: f64) -> f64x2 {
     numbers
 }
 
-/// Puts two vectors into one register.
+/// Puts two vectors into one pair.
 #[inline(always)]
 pub(crate) fn beside(one: &Vector3<f64>, other: &Vector3<f64>) -> Pair {
     one.zip_map(other, side_by_side)
 }
 
-/// Stores both numbers of a register in `room`. If `room` has one place only, stores the first number.
+/// Stores both numbers of a register in `room`. If `room` has length 1, stores only the first number.
 #[inline(always)]
 pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     let [first, second] = numbers.to_array();
@@ -55,7 +55,7 @@ pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     }
 }
 
-/// Puts a vector into both halves of a register.
+/// Returns the pair that contains the vector `v` twice.
 #[inline(always)]
 pub(crate) fn twice(v: &Vector3<f64>) -> Pair {
     v.map(f64x2::splat)

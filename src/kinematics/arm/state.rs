@@ -82,8 +82,8 @@ impl ArmState {
         self.tool_point
     }
 
-    /// Returns the pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q` with the joint's axis line
-    /// (direction l, point p), and `½ ε l q` for a prismatic joint.
+    /// Returns the pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q`, or
+    /// `½ ε l q` for a prismatic joint. The axis of joint i has the direction l through the point p, and q is the tool pose.
     pub fn pose_jacobian(&self) -> OMatrix<f64, U8, nalgebra::Dyn> {
         let mut columns = Vec::with_capacity(self.joint_count);
         self.for_each_pose_column(|column| columns.push(column));
@@ -142,7 +142,8 @@ impl ArmState {
         Matrix6xX::from_columns(&columns)
     }
 
-    /// Yields the columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, prismatic: `(0, Rᵀl)`. Does not allocate.
+    /// Yields the columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, prismatic: `(0, Rᵀl)`. R is the rotation matrix of
+    /// the tool; l, t and p are as in [`tool_motions`](Self::tool_motions). Does not allocate.
     pub fn body_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
         let tool_from_base = self.rotation.inverse().to_rotation_matrix();
         self.tool_motions().map(move |(angular, linear)| {

@@ -126,8 +126,8 @@ pub trait ControlLaw: Sync {
         gains
     }
 
-    /// Returns the values of the law's gains that correspond to the single gain `gain` [1/s]: K, or equal angular and linear gains.
-    /// `_before` are the present gains.
+    /// Returns the values of the law's gains that correspond to the single gain `gain` [1/s]. By default, each gain of the law
+    /// gets this value. `_before` are the present gains.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain; 2]
     }

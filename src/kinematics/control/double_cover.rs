@@ -17,8 +17,9 @@ pub fn nearer_goal(
 /// alternating between the two rotations.
 ///
 /// A new goal gets the nearer sign. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. Here r_d and r are the real parts of the
-/// goal and of the tool's pose, and δ is the hysteresis. So noise near a half turn does not switch the direction back and forth.
-/// Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and chattering in this manner.
+/// goal and of the tool's pose, and δ is the hysteresis. If the tool is about a half turn from the goal, noise thus does not
+/// switch the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and
+/// chattering in this manner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignMemory {
     sign: f64,
@@ -32,8 +33,9 @@ impl SignMemory {
     }
 
     /// Returns the memory for the goal `next`, which replaces the goal `before`. The new sign is chosen so that the two goals, each
-    /// multiplied by its sign, are near each other as quaternions. So a stream of goals near a half turn does not choose a
-    /// direction again for each goal. If the tool must then turn farther than the hysteresis allows, `apply` changes the sign.
+    /// multiplied by its sign, are near each other as quaternions. So a stream of goals about a half turn from the
+    /// tool does not choose a direction again for each goal. If the tool must then turn farther than the hysteresis allows,
+    /// `apply` changes the sign.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }

@@ -75,7 +75,7 @@ impl Gram {
 
     /// Returns the inverses of `J Jᵀ + shift I` for two shifts. If a matrix is singular, its inverse is not finite or not accurate.
     ///
-    /// This is fast because it consists of two closed 3×3 inverses. The second inverse is that of `det(A) S`, so that neither
+    /// This is fast because it consists of two closed 3×3 inverses: of A and of `det(A) S`, with S as in [`Inverse`]. So neither
     /// inverse waits for the division of the other. Two shifts take no more operations than one. A Cholesky decomposition of 6×6
     /// needs six roots and six divisions, one after the other.
     #[inline(always)]
@@ -203,7 +203,8 @@ impl Gram {
     }
 }
 
-/// Largest number of steps of the iteration to the smallest root. If the roots are far apart, one or two steps are enough.
+/// Largest number of steps of the iteration to the smallest root of the determinant `p(s)`. If the roots are far apart, one or two
+/// steps are enough.
 const STEPS: usize = 8;
 
 /// If the slope of the determinant `p(s)` is below this fraction of the fifth power of the eigenvalues' sum, it is only a rounding
@@ -250,7 +251,7 @@ impl Inverse {
         ((self.angular.adjugate.times(angular) - carried) * self.angular.scale, linear)
     }
 
-    /// Returns the determinants of the two matrices.
+    /// Returns the determinants of the two matrices that are inverted.
     #[inline(always)]
     fn determinants(&self) -> f64x2 {
         // The last minor of S is the determinant of S times the square of the determinant of A.

@@ -57,13 +57,15 @@ impl PoseError {
         screw_log(&self.rotation, &self.translation)
     }
 
-    /// Returns the twist with `ω = φ n` and `v = p`. The tool moves along a straight line (paper §10.1; Bullo & Murray 1995).
+    /// Returns the twist with `ω = φ n` and `v = p`, for a rotation r by the angle φ about the axis n. The tool moves along a
+    /// straight line (paper §10.1; Bullo & Murray 1995).
     #[inline(always)]
     pub fn decoupled_log(&self) -> AngularLinear {
         (rotation_vector(&self.rotation), self.translation)
     }
 
-    /// Returns the twist with `ω = 2 sin(½φ) n`, from the quaternion's vector part, and `v = p` (Chiaverini & Siciliano 1999).
+    /// Returns the twist with `ω = 2 sin(½φ) n` and `v = p`, for a rotation r by the angle φ about the axis n (Chiaverini &
+    /// Siciliano 1999). The vector part of r is `sin(½φ) n`.
     #[inline(always)]
     pub fn vector_part(&self) -> AngularLinear {
         (2.0 * self.rotation.imag(), self.translation)

@@ -49,7 +49,7 @@ const BROKEN: f64 = 1e-10;
 /// at most this fraction of the normal.
 const WITHIN: f64 = 1e-9;
 
-/// Largest number of steps of a solution per joint and constraint.
+/// A solution may take at most this many steps for each joint and each constraint.
 const MOST_STEPS: usize = 3;
 
 impl QuadraticProgram {

@@ -8,9 +8,9 @@ use dq_algebra::UnitDualQuaternion;
 /// Returns the moment and the force at the tool point whose [transpose](ArmState::apply_transpose) is `K Jᵀ(q_d − q)`, with the 8×n
 /// pose Jacobian J (eq. 16–20). J itself is never computed.
 ///
-/// With the tool pose `q = r + ε ½ t r` and the goal `(g_r, g_d)`, the error times `r*` is `(e_r r*, e_d r*) = (g_r r* − 1, g_d r*
-/// − ½ t)`. Let E be the scalar part and F the vector part of `e_d r*`. Then the force is `½K F`. The moment is `½K (vec(e_r r*) +
-/// ½ (F×t − E t))`; it depends on the position of the base frame.
+/// Let the tool pose be `q = r + ε ½ t r`, the goal `q_d = g_r + ε g_d`, and the error `q_d − q = e_r + ε e_d`. Then
+/// `e_r r* = g_r r* − 1` and `e_d r* = g_d r* − ½ t`. Let E be the scalar part and F the vector part of `e_d r*`. Then the force is
+/// `½K F`. The moment is `½K (vec(e_r r*) + ½ (F×t − E t))`; it depends on the position of the base frame.
 pub(super) fn difference(gain: f64, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> AngularLinear {
     let (back, point) = (arm.rotation().inverse().into_inner(), arm.tool_point());
     let (real, dual) = (base_from_goal.real() * back, base_from_goal.dual() * back);

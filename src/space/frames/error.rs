@@ -23,7 +23,7 @@ pub enum FrameError {
     /// The frame is fixed to the tool, so the arm would chase a goal in this frame forever.
     #[error("{0:?} moves with the tool, so that a goal in it cannot be followed: frame_mode latch takes it")]
     OnTool(String),
-    /// The stamp is older than the oldest transform that is kept.
+    /// The requested stamp is older than the oldest transform that is kept.
     #[error("the stamp is {seconds:.3} s before the oldest transform of {frame:?} that is kept")]
     TooOld {
         /// The frame whose oldest transform is newer than the stamp.
@@ -31,7 +31,7 @@ pub enum FrameError {
         /// The time by which the stamp is older \[s\].
         seconds: f64,
     },
-    /// The stamp is newer than the newest transform, and no newer transform arrived in time.
+    /// The requested stamp is newer than the newest transform, and no newer transform arrived in time.
     #[error("the stamp is {seconds:.3} s after the newest transform of {frame:?}")]
     TooNew {
         /// The frame whose newest transform is older than the stamp.

@@ -105,7 +105,7 @@ impl FrameTree {
     }
 
     /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. A stamp of 0 stands for the newest time at which the transforms of
-    /// all frames between the two are known.
+    /// all frames between `base` and `frame` are known.
     ///
     /// # Errors
     /// [`FrameError`] if the pose is not known. Nothing is extrapolated.

@@ -39,7 +39,7 @@ impl CapsuleError {
 /// The capsules of one or two arms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// The capsules in order, from the base to the tool.
+    /// The capsules, arm after arm.
     pub capsules: Vec<Capsule>,
 }
 

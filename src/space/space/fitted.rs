@@ -161,8 +161,9 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
 /// first.
 const MOST_OF_ONE: usize = 64;
 
-/// Merges capsules of the same joint. One capsule around two others replaces them if its volume is at most the sum of theirs. While
-/// there are more than `most` capsules in total, also merges the two capsules of one joint whose union adds the least volume.
+/// Merges capsules of the same joint. Each entry of `all` is the number of a joint and a capsule that this joint moves. One capsule
+/// around two others replaces them if its volume is at most the sum of their volumes. While there are more than `most` capsules in
+/// total, also merges the two capsules of one joint whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();
@@ -187,7 +188,7 @@ struct Group {
     joint: usize,
     /// The capsules with their numbers.
     all: Vec<(usize, Fitted)>,
-    /// The unions of all pairs.
+    /// The union of each pair of these capsules.
     unions: Vec<Union>,
 }
 

@@ -1,4 +1,4 @@
-//! Convex hulls of points: their faces, and the distance of a point from them. Only this module uses parry3d and its vectors.
+//! Convex hulls of points: their faces, and the distance of a point from a hull. Only this module uses parry3d and its vectors.
 
 use nalgebra::{Matrix3, Vector3};
 use parry3d_f64::math::Vector;

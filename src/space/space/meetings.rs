@@ -1,5 +1,5 @@
-//! The pairs of parts in a scene that can collide. Pairs that no joint moves relative to each other, neighbors at a joint, and
-//! parts of the body that always touch are left out.
+//! The pairs of parts in a scene that can collide. A pair is left out if no joint moves one part relative to the other, if the
+//! parts are neighbors at a joint, or if they are parts of the body that always touch.
 
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
@@ -88,7 +88,8 @@ impl Scene {
         Ok(self)
     }
 
-    /// Converts levers per motion of each link to levers per motion of each joint. A joint may move several links.
+    /// Converts levers with respect to the links, one per link, to levers with respect to the joints, one per joint. A joint may
+    /// move several links.
     fn of_joints(&self, levers: &[f64]) -> Vec<f64> {
         let mut of_joints = vec![0.0; self.joint_count];
         for (lever, (coupling, _)) in levers.iter().zip(&self.links) {
@@ -152,8 +153,8 @@ impl Scene {
         }
     }
 
-    /// Leaves out three kinds of pairs of capsules: pairs that no joint moves relative to each other, neighbors at a single joint,
-    /// and pairs that always touch.
+    /// Leaves out three kinds of pairs of capsules: pairs in which no joint moves one capsule relative to the other, neighbors at a
+    /// single joint, and pairs that always touch.
     fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
         let mut apart = vec![0_u32; self.meetings.len()];
         let mut placed = Placed::of(self);

@@ -153,8 +153,8 @@ fn length(vector: &Vector3<f64>) -> (f64, Vector3<f64>) {
     if length > 0.0 { (length, vector / length) } else { (0.0, Vector3::x()) }
 }
 
-/// Returns the signed distance of the point `beyond` from the set of all points without positive components, and the gradient of
-/// that distance.
+/// Returns the signed distance of the point `beyond` from the set of all points whose components are 0 or negative, and the
+/// gradient of that distance.
 fn outside<const N: usize>(beyond: &nalgebra::SVector<f64, N>) -> (f64, nalgebra::SVector<f64, N>) {
     let out = beyond.map(|part| part.max(0.0));
     let distance = out.norm();

@@ -7,10 +7,11 @@ use std::f64::consts::SQRT_2;
 /// unit_quaternion with the least gains that bound the energy of the error by the energy of the disturbances (Figueredo, Adorno &
 /// Ishihara 2021, arXiv 1811.05436, Definition 1). Its parameters are the bounds `γ_O` and `γ_T` \[s\].
 ///
-/// The outputs are `O = sin(½φ) n` and p. The disturbances are two twists, one in the joints and one in the pose. Each bound
-/// applies to both disturbances, so that `γ⁻²` counts twice. With `ω = −κ_O O` and `ṗ = −κ_T p`, the bounds hold if there is an
-/// `α > 0` with `κ_O ≥ 1/α + ½α γ_O⁻²`, and likewise for κ_T with γ_T (eq. 18–20 of that article). At the best α, the least gains
-/// are `√2/γ_O` and `√2/γ_T`. The error of this law is `2 sin(½φ) n`, twice O, so its gain is `k_ω = ½κ_O`.
+/// Let the error be a rotation by the angle φ about the axis n and a translation p. The outputs are `O = sin(½φ) n` and p. The
+/// disturbances are two twists, one in the joints and one in the pose. Each bound applies to both disturbances, so
+/// that `γ⁻²` counts twice. With `ω = −κ_O O` and `ṗ = −κ_T p`, the bounds hold if there is an `α > 0` with
+/// `κ_O ≥ 1/α + ½α γ_O⁻²`, and likewise for κ_T with γ_T (eq. 18–20 of that article). At the best α, the least gains are `√2/γ_O`
+/// and `√2/γ_T`. The error of this law is `2 sin(½φ) n`, twice O, so its gain is `k_ω = ½κ_O`.
 pub struct HInfinity;
 
 impl ControlLaw for HInfinity {
