@@ -27,8 +27,8 @@ pub struct RecordedRun {
     /// The distances from the goal that the servo reported, with their times. An entry of NaN separates periods in which the servo
     /// had a goal.
     pub errors: Thinned<(f64, GoalError)>,
-    /// The distances between the two nearest parts that the servo reported \[m\], with their times. NaN means that no parts were
-    /// near each other.
+    /// The clearances that the servo reported \[m\], with their times. A clearance is the smallest distance between two parts of
+    /// the scene. NaN means that no two parts were near each other.
     pub clearances: Thinned<(f64, f64)>,
     /// Every keep-out that the run ever had, with the shape that it had first.
     pub keep_outs: Vec<KeepOut>,

@@ -79,8 +79,8 @@ impl Peers {
         self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()
     }
 
-    /// Compares each program with the study's baseline, on the tasks that both the program and the law have run. The probabilities are
-    /// not adjusted yet.
+    /// Compares each program with the study's baseline, on the tasks that both the program and the baseline have run. The
+    /// probabilities are not adjusted yet.
     pub(super) fn comparisons(&self) -> Vec<Comparison> {
         let mut all = Vec::new();
         for key in self.gains.keys().filter(|key| key.law != self.baseline) {

@@ -134,7 +134,7 @@ pub(super) fn peers(findings: &Findings, limits: bool) -> Table {
     Table::new(head.concat(), peers.map(row))
 }
 
-/// Returns the table of the percentages that settle on each arm.
+/// Returns the table of the percentages of tasks that settle on each arm.
 pub(super) fn by_arm(findings: &Findings) -> Table {
     let columns = findings.arms.iter().flat_map(|arm| {
         [(false, "no limits"), (true, "limits")]
@@ -147,7 +147,7 @@ pub(super) fn by_arm(findings: &Findings) -> Table {
     )
 }
 
-/// Returns the table of the percentages that settle with each plant.
+/// Returns the table of the percentages of tasks that settle with each plant.
 pub(super) fn by_plant(findings: &Findings) -> Table {
     let columns = [(false, "no limits"), (true, "limits")].into_iter().flat_map(|(limits, under)| {
         PLANTS.map(|plant| {
