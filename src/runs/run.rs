@@ -211,7 +211,7 @@ pub struct MotionRow {
     pub run: String,
     /// The number of the motion in this bag, counted from 1.
     pub motion: usize,
-    /// The law at the start of the motion, followed by other laws during the motion, separated by commas.
+    /// The names of the laws in force during the motion, separated by commas. The first one is the law at the start of the motion.
     pub law: String,
     /// The gains of the law, as text.
     pub gains: String,

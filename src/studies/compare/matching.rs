@@ -210,7 +210,7 @@ pub(super) fn first_gain(law: Law) -> f64 {
     if law.map() == Map::Transpose { 50.0 } else { REFERENCE.1 }
 }
 
-/// A search for the gain with which a law reaches `target`: the median of the quantity `matched` on the first `count` tasks.
+/// A search for the gain of a law at which the median of the quantity `matched` on the first `count` tasks is `target`.
 struct Search<'a> {
     pilots: &'a Tasks<'a>,
     law: Law,

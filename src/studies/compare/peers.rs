@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The results of another program, or of the study's baseline, on the same tasks. Joint states are fresh, and gains are for equal
-/// settling time.
+/// The results of another program, or of the study's baseline, on the first tasks of each arm. Joint states are fresh, and gains
+/// are for equal settling time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Peer {
     /// The results on all arms together. The name of the program replaces the name of the law.

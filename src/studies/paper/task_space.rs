@@ -45,8 +45,8 @@ pub struct TaskSpaceMetrics {
 /// half the translation.
 ///
 /// Explicitly: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. The notebooks
-/// have the form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with the rotation `R_ψ` by ψ and its integral `A_ψ`. So with equal gains the
-/// translation decays faster than the rotation.
+/// have the form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with the rotation `R_ψ` by ψ, and `A_ψ = ∫₀¹ R_sψ ds`. So with equal gains
+/// the translation decays faster than the rotation.
 pub fn half_log_rate([k_omega, k_v]: [f64; 2], half_log: &Vector6<f64>) -> Vector6<f64> {
     let psi: Vector3<f64> = half_log.fixed_rows::<3>(0).into();
     let x: Vector3<f64> = half_log.fixed_rows::<3>(3).into();
