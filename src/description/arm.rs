@@ -172,7 +172,7 @@ pub struct DescribedJoint {
     pub mimic: Option<Mimic>,
 }
 
-/// How a joint follows its driver: its position is `multiplier · p + offset` if the driver is at p.
+/// How a joint follows its driver. If the driver is at position p, the joint is at `multiplier · p + offset`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mimic {
     /// The name of the driver, which mimics no other joint.
@@ -252,7 +252,8 @@ pub struct DescribedArm {
     pub robot: String,
     /// All joints from the base to the tool, including fixed joints.
     pub joints: Vec<DescribedJoint>,
-    /// The joints outside of the path from base to tool that joints on the path mimic. The frames of these joints do not matter.
+    /// The joints that are not between base and tool, but drive mimic joints between base and tool. The frames of these joints do
+    /// not matter.
     pub drivers: Vec<DescribedJoint>,
 }
 
@@ -286,8 +287,9 @@ impl DescribedArm {
         Some(Coupling { driver, ratio, offset })
     }
 
-    /// Sets the limits of the joints that are not fixed, base first. A continuous joint that gets position limits becomes revolute.
-    /// Limits without a speed are ignored, because URDF requires a speed.
+    /// Sets the limits of the joints that are not fixed: `limits` yields one entry for each of them, base first. A continuous joint
+    /// that gets position limits becomes revolute. An entry without a speed leaves its joint without any limits, because URDF
+    /// requires a speed.
     #[must_use]
     pub fn with_limits(mut self, limits: impl IntoIterator<Item = JointLimits>) -> Self {
         let moving = self.joints.iter_mut().filter(|joint| joint.motion.kind().is_some());

@@ -12,10 +12,11 @@ use std::path::Path;
 /// The radius of the default capsule along a link \[m\].
 pub const LIMB_RADIUS: f64 = 0.05;
 
-/// Largest number of capsules of an arm, unless the arm has more links. The time of a cycle grows with the number of pairs.
+/// Largest number of capsules of an arm, unless the arm has more links. The time of a cycle grows with the number of pairs of
+/// capsules.
 const MOST: usize = 16;
 
-/// Largest distance of a shape from the joint that moves it \[m\]. A larger number is probably in millimeters.
+/// Largest distance of a shape from the joint that moves it \[m\]. A larger distance is probably in millimeters.
 const FARTHEST: f64 = 10.0;
 
 /// Least thickness of a shape \[m\].

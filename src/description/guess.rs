@@ -96,12 +96,12 @@ struct Branches<'a> {
     order: Vec<&'a str>,
 }
 
-/// The joints that a chain beyond a link can have, and whether anything there moves.
+/// A summary of the chains beyond a link: how many joints they have, and whether anything moves there.
 #[derive(Clone, Copy, Default)]
 struct Beyond {
-    /// The largest number of driven joints on a chain.
+    /// The largest number of driven joints on one chain.
     joints: usize,
-    /// Whether a part moves independently of the joints before it.
+    /// Whether any link there moves independently of the joints before it.
     moves: bool,
 }
 
@@ -233,8 +233,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the alternatives to `tool`: the other links that move rigidly with `tool`, and the first link beyond each moving
-    /// joint after them.
+    /// Returns the alternatives to `tool`. These are the other links that move rigidly with `tool`, and the first link beyond each
+    /// moving joint that follows one of these links.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent

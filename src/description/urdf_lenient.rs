@@ -152,8 +152,8 @@ impl Xml {
     }
 }
 
-/// Returns a name with its colons replaced, so that no parser takes the part before a colon for a namespace. The name must not become
-/// `b` for `a:b`, because tinyxml2 knows no namespaces and takes the two for different names.
+/// Returns a name with its colons replaced by `_`, so that no parser takes the part before a colon for a namespace. The prefix `a:`
+/// of `a:b` must not be removed: tinyxml2 knows no namespaces, so to tinyxml2 `a:b` and `b` are different names.
 fn plain(name: &str) -> String {
     name.replace(':', "_")
 }

@@ -20,7 +20,8 @@ pub struct Description {
 impl Description {
     /// Reads the arm from the link `base` to the link `tool` in the URDF document `text`, and the other joints.
     ///
-    /// Each number that moves the tool must be present and valid. Elsewhere, only the names of links and joints must be valid.
+    /// Each number that affects the motion of the tool must be present and valid. In the rest of the document, only the names of
+    /// links and joints must be valid.
     ///
     /// # Errors
     /// [`DescriptionError`] if the document has no such arm.
@@ -97,7 +98,7 @@ fn read_joint(tree: &Tree, joint: Node) -> Result<DescribedJoint, DescriptionErr
 /// Follows the mimic joints from `joint` to the joint that drives it, and returns how it is driven. Returns `None` if `joint` does
 /// not mimic. A fixed joint does not mimic, whatever the document says.
 fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
-    /// The possible ratios of speeds.
+    /// The allowed ratios of the joint's speed to its driver's speed.
     const RATIOS: RangeInclusive<f64> = 1.0 / JOINT_ANGLE..=JOINT_ANGLE;
     let (mut driver, mut multiplier, mut offset) = (joint, 1.0_f64, 0.0_f64);
     for _ in 0..MOST_JOINTS {
@@ -193,7 +194,8 @@ pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, Str
 /// An axis whose components are all below this size has no direction.
 const SHORTEST_AXIS: f64 = 1e-6;
 
-/// Reads three numbers of an attribute.
+/// Reads the attribute `name` of the element `of` as three numbers. Returns `default` if the element or the attribute is missing.
+/// Errors name the joint `joint`.
 fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result<[f64; 3], DescriptionError> {
     let Some((node, text)) = of.and_then(|node| Some((node, node.attribute(name)?))) else {
         return Ok(default);

@@ -77,7 +77,7 @@ pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> P
 
 /// The margin to the left of the curves \[px\], for numbers and labels.
 const LEFT: f64 = 76.0;
-/// The margin to the right of the curves \[px\], for half a number.
+/// The margin to the right of the curves \[px\]. Half of the last number on the horizontal axis extends into it.
 const RIGHT: f64 = 16.0;
 
 impl Panel {

@@ -1,4 +1,4 @@
-//! Names at the right ends of curves. Curves that coincide are drawn once, with a joint name.
+//! Names at the right ends of curves. Curves that coincide are drawn as one curve, with all of their names at its end.
 
 use super::canvas::{Anchor, Canvas, Point, Rectangle, distance};
 use super::legend::{SAMPLE, draw_sample};
@@ -101,7 +101,7 @@ fn bundles<'a>(curves: Vec<(&'a Series, Vec<Vec<Point>>)>) -> Vec<Bundle<'a>> {
 
 /// Returns whether each point of a curve is so near to the other curve that nobody can distinguish the two.
 fn is_near(curve: &[Vec<Point>], other: &[Vec<Point>]) -> bool {
-    /// A distance that is smaller than the width of a line \[px\].
+    /// Two points that are closer together than this look like one \[px\]. This distance is smaller than the width of a line.
     const NEAR: f64 = 1.2;
     let segments = || other.iter().flat_map(|part| part.windows(2));
     curve.iter().flatten().all(|point| segments().any(|ends| distance_to(*point, ends[0], ends[1]) < NEAR))
@@ -115,9 +115,10 @@ fn distance_to(point: Point, from: Point, to: Point) -> f64 {
     distance(point, (from.0 + part * dx, from.1 + part * dy))
 }
 
-/// Places names with these `heights` one below the other, without overlaps. Returns the vertical positions of their middles. The
-/// sum of the squares of their distances from `places`, the ends of the curves, is the least (pool adjacent violators). `places`
-/// are in ascending order. Names that do not fit into the `room` extend beyond both of its ends.
+/// Places names with these `heights` one below the other, without overlaps, within the vertical range `room`. Returns the vertical
+/// positions of the middles of the names. `places` are the vertical positions of the ends of the curves, in ascending order. The
+/// sum of the squares of the distances between middles and `places` is the least (pool adjacent violators). If the names do not fit
+/// into `room`, they extend beyond both of its ends.
 fn spread(places: &[f64], heights: &[f64], room: std::ops::Range<f64>) -> Vec<f64> {
     let mut below = 0.0;
     // The distance of each name from the top of the first name, if there are no gaps.

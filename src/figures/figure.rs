@@ -190,13 +190,14 @@ impl Figure {
         self.rows.iter().flatten()
     }
 
-    /// Returns whether one legend is for all views: one of the views has all entries.
+    /// Returns whether one legend serves all views. It does if one of the views has all entries.
     fn shares_legend(&self, all: &[Series]) -> bool {
         self.views().any(|view| all.iter().all(|entry| view.legend().iter().any(|its| is_same(its, entry))))
     }
 
-    /// Returns the entries of the figure's legend. On paper, letters in place of names mark the ends of the curves, and the legend
-    /// explains the letters.
+    /// Returns the entries of the legend that all panels share. If the names are at the ends of the curves, there are entries on
+    /// paper only: there, letters mark the ends of the curves, and the entries explain the letters. Returns an empty list if the
+    /// panels share no legend.
     fn shown_in_legend(&self, all: Vec<Series>, is_shared: bool, is_on_paper: bool) -> Vec<Series> {
         let has_names = self.views().any(View::has_names_at_ends);
         match (is_shared, has_names, is_on_paper) {

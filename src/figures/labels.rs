@@ -53,8 +53,8 @@ impl Labels {
         best.map_or((0.0, Rectangle { left: point.0, top: point.1, width, height }), |best| (best.1, best.2))
     }
 
-    /// Returns the cost of writing a name into the rectangle `place`, `radius` away from its point. Illegible names cost the most,
-    /// then covered parts of the drawing, then the distance.
+    /// Returns the cost of writing a name into the rectangle `place`, `radius` away from its point. A name outside of the drawing
+    /// costs the most, then each overlap with an occupied area, then each covered point of the drawing, then the distance.
     fn cost(&self, radius: f64, place: &Rectangle) -> f64 {
         let covered = self.obstacles.iter().filter(|point| place.contains(**point)).count();
         let overlaps = self.taken.iter().filter(|taken| taken.overlaps(place)).count();

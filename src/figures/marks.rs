@@ -25,7 +25,7 @@ pub(super) struct NamedMarks<'a> {
     lines: usize,
 }
 
-/// The position of a name: its line of text, counted from the top, and the side of the mark.
+/// The position of a name: its line of text, counted from the top, and the end of the text that is at the mark.
 type Place = (usize, Anchor);
 
 /// The largest number of lines of names.

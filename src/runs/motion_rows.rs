@@ -15,7 +15,7 @@ const SAME: f64 = 0.5;
 pub(super) struct MotionRows {
     run: String,
     rows: Vec<MotionRow>,
-    /// The servo's number of the last motion, counted from the servo's start.
+    /// The number that the servo gave to the last motion. The servo counts motions from its start.
     last: u64,
 }
 

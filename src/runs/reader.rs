@@ -22,7 +22,7 @@ use std::time::Duration;
 /// than a short one.
 const POINTS: usize = 1 << 15;
 
-/// The largest number of changes.
+/// The largest number of stored changes of goal, law and state.
 const CHANGES: usize = 1 << 13;
 /// The largest number of laws, each of which has a curve.
 const LAWS: usize = 1 << 9;
@@ -34,8 +34,8 @@ const LATE: f64 = 1.0;
 /// recorded times of a command and of its cycle.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
-/// The longest time between the start of a motion and the first joint state of the part of the run in which the motion counts
-/// \[s\].
+/// Times count from the first motion of the shown part of a run. That motion may begin at most this long before the first joint
+/// state of this part \[s\].
 const LONGEST_START: f64 = 60.0;
 
 /// If the servo reports no pose error for longer than this \[s\], it had no goal during that time.
@@ -62,9 +62,9 @@ pub(super) struct RunReader {
     parameters: ServoParameters,
     /// The announced parameters that have not taken effect yet, with their times \[ns\]. The earliest ones are at the end of the list.
     announced: Vec<(i64, ServoParameters)>,
-    /// Whether each arm has reported a state since the start.
+    /// For each arm, whether the bag has had a joint state of the arm so far.
     heard: Vec<bool>,
-    /// Whether each arm has reported a state since the last sample.
+    /// For each arm, whether there was a joint state of the arm since the last sample.
     fresh: Vec<bool>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
@@ -155,7 +155,7 @@ impl RunReader {
         }
     }
 
-    /// Measures the motions toward the goals `given`, because no servo reports them.
+    /// Measures the motions toward the goals `given`. The run has no servo that reports its motions.
     pub fn measure_toward(&mut self, given: &GivenGoals) {
         let measured = MeasuredMotions::new(&self.run.name, self.run.tolerance);
         self.measured = Some((measured, given.topic().map(str::to_owned)));

@@ -55,7 +55,7 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
 /// Reads the runs like [`recorded`], and measures the motions of arms without a known servo toward the goals `given`.
 ///
 /// # Errors
-/// The errors of [`recorded`]; [`RunError::NoGoals`] if the topic of the goals has none.
+/// The errors of [`recorded`]; [`RunError::NoGoals`] if no message on the topic of the goals is a goal.
 pub fn recorded_toward(
     path: &Path,
     name: &str,
@@ -169,7 +169,7 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// Returns the starts at which a servo had the same joints as at its last start. At other starts it had another robot.
+/// Returns the entries of `lives` with the same joints as the last entry. At the other starts, the servo had another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

@@ -27,8 +27,8 @@ pub struct RecordedRun {
     /// The distances from the goal that the servo reported, with their times. An entry of NaN separates periods in which the servo
     /// had a goal.
     pub errors: Thinned<(f64, GoalError)>,
-    /// The distances between the two nearest parts that the servo reported \[m\], with their times. NaN means that no parts were
-    /// near each other.
+    /// The clearances that the servo reported \[m\], with their times. A clearance is the smallest distance between two parts of
+    /// the scene. NaN means that no two parts were near each other.
     pub clearances: Thinned<(f64, f64)>,
     /// Every keep-out that the run ever had, with the shape that it had first.
     pub keep_outs: Vec<KeepOut>,
@@ -211,7 +211,7 @@ pub struct MotionRow {
     pub run: String,
     /// The number of the motion in this bag, counted from 1.
     pub motion: usize,
-    /// The law at the start of the motion, followed by other laws during the motion, separated by commas.
+    /// The names of the laws in force during the motion, separated by commas. The first one is the law at the start of the motion.
     pub law: String,
     /// The gains of the law, as text.
     pub gains: String,

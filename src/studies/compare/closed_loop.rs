@@ -35,7 +35,7 @@ named! {
         Oscillating = "oscillating",
         /// The arm stood away from the goal in a singular configuration.
         Singular = "singular",
-        /// The arm stood away from the goal.
+        /// The arm stood away from the goal, neither in a singular configuration nor at a position limit.
         Stuck = "stuck",
         /// A position limit stopped the arm.
         JointLimit = "joint_limit",

@@ -15,7 +15,7 @@ pub struct Plant {
     pub name: &'static str,
     /// The age of joint states, in cycles.
     pub latency: usize,
-    /// The largest error of each position, in either direction \[rad\].
+    /// The largest difference between the measured and the real position of a joint, in either direction \[rad\].
     pub noise: f64,
 }
 

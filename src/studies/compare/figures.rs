@@ -9,14 +9,15 @@ use std::ops::Range;
 /// Largest number of points of a curve.
 const POINTS: usize = 200;
 
-/// Returns the figures: how laws settle and at what cost under each of the conditions, and how old joint states may be.
+/// Returns the figures. For each quantity that the gains make equal, there is a figure without the servo's limits and one with
+/// them: it shows how the laws settle, and at what cost. The last figure shows how old joint states may be.
 pub fn figures(findings: &Findings, summary: &Summary) -> Vec<Figure> {
     let conditions = Matched::ALL.into_iter().flat_map(|matched| [(matched, false), (matched, true)]);
     let figure = |(matched, limits)| distributions(findings, summary, matched, limits);
     conditions.map(figure).chain([latency(findings)]).collect()
 }
 
-/// Returns the figure of the distributions of four quantities.
+/// Returns the figure of the distributions of settling time, path ratio, overshoot and peak speed.
 fn distributions(findings: &Findings, summary: &Summary, matched: Matched, limits: bool) -> Figure {
     let (name, under) = if limits {
         ("compare_servo", "under the servo's limits")
@@ -56,7 +57,8 @@ fn distributions(findings: &Findings, summary: &Summary, matched: Matched, limit
     chart(&format!("{name}{suffix}"), &title, &rows)
 }
 
-/// Returns the values of a quantity in a cell in ascending order, and the number of all tasks of the cell.
+/// Returns the values of a quantity for the settled tasks of a cell, in ascending order, and the number of all tasks of the cell.
+/// `column` is the index of the quantity in a row of the summary.
 fn sorted(summary: &Summary, key: &Key, column: usize) -> (Vec<f64>, usize) {
     let rows = summary.rows(key);
     let mut values: Vec<_> = rows.iter().flatten().map(|row| row[column]).filter(|v| v.is_finite()).collect();

@@ -31,15 +31,15 @@ pub struct Ageing {
     pub limits: bool,
     /// Number of tasks of all arms that settle with fresh joint states.
     pub tasks: usize,
-    /// For each tried age \[ms\], the percentage of these tasks that settle at that age.
+    /// For each tried age \[ms\]: of the `tasks`, the percentage that settles at that age.
     pub settled_percent: Vec<(f64, Interval)>,
-    /// The largest age at which at least 95 % of these tasks settle \[ms\]; 0 if there is no such age.
+    /// The largest age at which at least 95 % of the `tasks` settle \[ms\]; 0 if there is no such age.
     pub holds_up_to_ms: f64,
-    /// The largest age at which certainly at least 95 % of these tasks settle \[ms\]: the lower end of the confidence interval is
-    /// 95 % or more. 0 if there is no such age among the tried ages.
+    /// The largest tried age at which certainly at least 95 % of the `tasks` settle \[ms\]: the lower end of the confidence
+    /// interval is 95 % or more. 0 if there is no such age.
     pub low_ms: f64,
-    /// The smallest age at which certainly less than 95 % of these tasks settle \[ms\]: the upper end of the confidence interval is
-    /// below 95 %. `None` if there is no such age among the tried ages.
+    /// The smallest tried age at which certainly less than 95 % of the `tasks` settle \[ms\]: the upper end of the confidence
+    /// interval is below 95 %. `None` if there is no such age.
     pub high_ms: Option<f64>,
 }
 
@@ -166,7 +166,7 @@ impl Ages<'_> {
     }
 
     /// Runs the tasks among `numbers` that settle with fresh joint states, now with joint states of the age `age` \[cycles\].
-    /// Returns the number of these tasks, and how many of them settle again.
+    /// Returns how many of these tasks settle again, and how many tasks were run.
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

@@ -77,7 +77,8 @@ pub struct Gain {
     pub gain: f64,
     /// The target: the reference law's value of the matched quantity, on tasks that were not used to choose gains [s or rad/s].
     pub target: f64,
-    /// The value of the matched quantity with this gain, on the same tasks; `None` if more than half of the tasks fail.
+    /// The value of the matched quantity with this gain, on the same tasks as `target`; `None` if more than half of these tasks
+    /// fail.
     pub reached: Option<f64>,
 }
 
@@ -142,7 +143,8 @@ pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     }
 }
 
-/// Chooses the gains of `laws` on an arm, once for equal settling time and once for equal peak speed.
+/// Chooses the gains of `laws` on an arm, once for equal settling time and once for equal peak speed. Calls `chosen` after each
+/// gain.
 ///
 /// # Errors
 /// The first error of a simulated run. In practice, no simulated run fails.
@@ -208,7 +210,7 @@ pub(super) fn first_gain(law: Law) -> f64 {
     if law.map() == Map::Transpose { 50.0 } else { REFERENCE.1 }
 }
 
-/// A search for the gain at which a law has the value `target` on the first `count` tasks.
+/// A search for the gain of a law at which the median of the quantity `matched` on the first `count` tasks is `target`.
 struct Search<'a> {
     pilots: &'a Tasks<'a>,
     law: Law,

@@ -88,7 +88,7 @@ pub enum CompareError {
         /// The reason why the file cannot be read.
         why: std::io::Error,
     },
-    /// There is a single law.
+    /// The study has only this law, so there is no law to compare it with.
     #[error(
         "{0} alone has nothing to be compared with: name another law, or use --part, --reconfigure, --constraints or --posture"
     )]

@@ -57,7 +57,7 @@ fn sections(findings: &Findings, values: &Values) -> Vec<Section> {
     conditions.map(condition).chain(others.into_iter().flatten()).collect()
 }
 
-/// Returns the note about the tasks that all laws settle.
+/// Returns the note about the number of tasks that settle under every law.
 fn note(findings: &Findings, values: &Values, matched: Matched, limits: bool) -> Option<String> {
     let cell = |law| findings.cell(&Key::fresh(matched, law, ALL_ARMS, limits));
     let common =

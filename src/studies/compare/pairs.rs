@@ -148,8 +148,8 @@ pub(super) fn comparisons(study: &Study, summary: &Summary, more: Vec<Comparison
     all
 }
 
-/// Compares two laws on the same tasks. The probability is not adjusted for other comparisons. `None` if there is nothing to
-/// compare.
+/// Compares two laws on the same tasks. The probability is not adjusted for other comparisons. Returns `None` if there are no tasks
+/// to compare.
 pub(super) fn compared(
     quantity: Quantity,
     matched: Matched,

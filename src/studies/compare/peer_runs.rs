@@ -1,5 +1,5 @@
-//! The runs of other programs under the arms' limits. This module compares them with the runs of the reference law. In these runs,
-//! the servo parameter that is compared (`Switch`) has the second of its two values.
+//! The runs of other programs under the arms' limits, for a comparison with the runs of a law. In the law's runs, the servo
+//! parameter that is compared (`Switch`) has the second of its two values.
 
 use super::paired::{End, Paired};
 use super::record::Record;
@@ -7,7 +7,7 @@ use super::{CompareError, Study};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-/// For each program and arm: the times at which the first tasks settled under limits \[s\].
+/// For each pair of a program and an arm: the times at which the first tasks settled under limits \[s\]; `None` for a failed task.
 #[derive(Clone, Debug, Default)]
 pub struct PeerRuns(BTreeMap<(String, String), Vec<Option<f64>>>);
 
@@ -56,7 +56,7 @@ impl PeerRuns {
     }
 
     /// Compares the runs of `law` under the second condition of `rows` with the runs of each program, task by task. Returns the
-    /// name of each program with a row for each arm.
+    /// name of each program with one [`Paired`] for each arm: the first condition is the law, the second is the program.
     pub fn beside(&self, law: &str, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
         let mut tables: BTreeMap<&str, Vec<Paired>> = BTreeMap::new();
         for row in rows.iter().filter(|row| row.law == law) {

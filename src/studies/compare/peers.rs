@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The results of another program, or of the study's baseline, on the same tasks. Joint states are fresh, and gains are for equal
-/// settling time.
+/// The results of another program, or of the study's baseline, on the first tasks of each arm. Joint states are fresh, and gains
+/// are for equal settling time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Peer {
     /// The results on all arms together. The name of the program replaces the name of the law.
@@ -79,8 +79,8 @@ impl Peers {
         self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()
     }
 
-    /// Compares each program with the study's baseline, on the tasks that both the program and the law have run. The probabilities are
-    /// not adjusted yet.
+    /// Compares each program with the study's baseline, on the tasks that both the program and the baseline have run. The
+    /// probabilities are not adjusted yet.
     pub(super) fn comparisons(&self) -> Vec<Comparison> {
         let mut all = Vec::new();
         for key in self.gains.keys().filter(|key| key.law != self.baseline) {

@@ -23,7 +23,7 @@ pub enum Switch {
     Reconfigure,
     /// Whether the law has the keep-outs, the arm's body and its joint limits as constraints.
     Constraints,
-    /// Whether the joints of an arm with joints to spare return to the posture in which the motion began.
+    /// Whether the joints of a redundant arm return to the posture in which the motion began.
     Posture,
 }
 
@@ -85,7 +85,7 @@ impl Study {
         self.switched_cells(switch)?.into_iter().map(row).collect()
     }
 
-    /// Returns every law on every arm with both values of the parameter.
+    /// Returns a cell for each law on each arm. The cell has the arm with both values of the parameter.
     pub(super) fn switched_cells(&self, switch: Switch) -> Result<Vec<SwitchedCell>, CompareError> {
         let with = |arm: &Arm, switch: Switch, value: &Value| {
             arm.with([(switch.parameter().to_owned(), value.clone())])

@@ -124,7 +124,7 @@ pub(super) fn condition(findings: &Findings, matched: Matched, limits: bool) -> 
     Table::new(head, findings.laws().into_iter().filter_map(row))
 }
 
-/// Returns the table of the other programs and of the baseline, on the same tasks.
+/// Returns the table of the results of other programs and of the baseline, on the first tasks of each arm.
 pub(super) fn peers(findings: &Findings, limits: bool) -> Table {
     let peers = findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
     let row = |Peer { cell, gains }: &Peer| {
@@ -134,7 +134,7 @@ pub(super) fn peers(findings: &Findings, limits: bool) -> Table {
     Table::new(head.concat(), peers.map(row))
 }
 
-/// Returns the table of the percentages that settle on each arm.
+/// Returns the table of the percentages of tasks that settle on each arm.
 pub(super) fn by_arm(findings: &Findings) -> Table {
     let columns = findings.arms.iter().flat_map(|arm| {
         [(false, "no limits"), (true, "limits")]
@@ -147,7 +147,7 @@ pub(super) fn by_arm(findings: &Findings) -> Table {
     )
 }
 
-/// Returns the table of the percentages that settle with each plant.
+/// Returns the table of the percentages of tasks that settle with each plant.
 pub(super) fn by_plant(findings: &Findings) -> Table {
     let columns = [(false, "no limits"), (true, "limits")].into_iter().flat_map(|(limits, under)| {
         PLANTS.map(|plant| {
@@ -158,8 +158,8 @@ pub(super) fn by_plant(findings: &Findings) -> Table {
     shares(findings, false, columns)
 }
 
-/// Returns the table of the percentages of tasks that settle: a row for each law, and a column for each of `columns`, which are the
-/// heading and the conditions of the column.
+/// Returns the table of the percentages of tasks that settle, with a row for each law. For each column after the names of the laws,
+/// `columns` yields the heading, and the key of its cells. The law in this key is ignored.
 fn shares(findings: &Findings, has_stars: bool, columns: impl Iterator<Item = (String, Key)>) -> Table {
     let (heads, keys): (Vec<_>, Vec<_>) = columns.unzip();
     let text = |law: &str, key: &Key| {

@@ -1,4 +1,4 @@
-//! Runs laws whose gains miss their targets on the tasks that judge the gains. The results show why the gains miss their targets.
+//! Explains why gains miss their targets. For each such gain, runs its law on the tasks that judge the gains.
 
 use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};

@@ -43,8 +43,8 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Paper
 
 const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
-/// Returns a figure with a panel for each law, and a panel in front of them for the beginning of diffc's motion. All panels have
-/// the same vertical scale.
+/// Returns a figure of several panels. The first panel shows the beginning of diffc's motion, and then there is a panel for each
+/// law. All panels have the same vertical scale.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
     /// The ends of the time axes \[s\]: of the panels for each law, and of the panel for the beginning of diffc's motion, which is
     /// over sooner.
@@ -108,7 +108,7 @@ fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
     runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().skip(1).map(curve).collect()
 }
 
-/// The line style of the runs with each shift.
+/// The line styles of the runs, one for each shift. Further shifts repeat these styles.
 const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
 
 fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {

@@ -22,7 +22,7 @@ pub struct Swept {
     pub peak_rad_s: f64,
     /// The time until the errors of rotation and position stay below 2 % of their initial values \[s\]; `None` if they do not.
     pub settling_s: Option<f64>,
-    /// The path length divided by the distance between the ends of the path.
+    /// The path length divided by the distance between the ends of the path; `None` if that distance is below a millimeter.
     pub path_ratio: Option<f64>,
 }
 

@@ -16,7 +16,7 @@ pub struct TaskSpaceLogc {
     pub times: Vec<f64>,
     /// The half-log pair `X = (ψ, x)` of the error (eq. 32) \[rad, m\].
     pub half_logs: Vec<Vector6<f64>>,
-    /// The poses `q_d explogdq(X)` that the figures show.
+    /// The poses that the figures show: `q_d exp(X)`, with the exponential of the half-log pair.
     pub poses: Vec<UnitDualQuaternion>,
     /// The goal `q_d`.
     pub goal: UnitDualQuaternion,
@@ -40,13 +40,13 @@ pub struct TaskSpaceMetrics {
     pub path_ratio: f64,
 }
 
-/// Returns the rate of the half-log pair, `Ẋ = V + ½ ad_X V + β ad_X² V`, under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray
-/// 1995). The rate is computed as in the paper's notebooks: the exponential coordinates are half the rotation vector and half the
-/// translation.
+/// Returns the rate of the half-log pair `X = (ψ, x)` under `V = −(k_ω ψ, (k_ω + k_v) x)`: `Ẋ = V + ½ ad_X V + β ad_X² V` (Bullo &
+/// Murray 1995). The rate is computed as in the paper's notebooks: the exponential coordinates are half the rotation vector and
+/// half the translation.
 ///
 /// Explicitly: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. The notebooks
-/// have the form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with the rotation `R_ψ` by ψ and its integral `A_ψ`. So with equal gains the
-/// translation decays faster than the rotation.
+/// have the form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with the rotation `R_ψ` by ψ, and `A_ψ = ∫₀¹ R_sψ ds`. So with equal gains
+/// the translation decays faster than the rotation.
 pub fn half_log_rate([k_omega, k_v]: [f64; 2], half_log: &Vector6<f64>) -> Vector6<f64> {
     let psi: Vector3<f64> = half_log.fixed_rows::<3>(0).into();
     let x: Vector3<f64> = half_log.fixed_rows::<3>(3).into();
@@ -104,8 +104,8 @@ impl TaskSpaceLogc {
         Some(self.times[last] + part * (self.times[last + 1] - self.times[last]))
     }
 
-    /// Returns the time from which the three components with the indices from `first` to `first + 2` stay below 2 % of their
-    /// initial size \[s\]; `None` if there is no such time.
+    /// Returns the time from which the norm of three components stays below 2 % of its initial value \[s\]; `None` if there is no
+    /// such time. The components have the indices from `first` to `first + 2`.
     fn settled(&self, first: usize) -> Option<f64> {
         let size = |half_log: &Vector6<f64>| half_log.fixed_rows::<3>(first).norm();
         let mut settling = Settling::new(self.half_logs.first().map_or(0.0, size), 0.0);

@@ -9,7 +9,8 @@ use dq_figures::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time
 use dq_kinematics::control::{Aim, Controller, Map};
 use nalgebra::Vector6;
 
-/// The limits of the vertical axes of the paper's error plots in figures 1, 3 and 4.
+/// The ranges of the vertical axes of the paper's error plots in figures 1, 3 and 4: from the negative of each number to the
+/// number.
 const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 
 /// The length of the initial part of diffc's motion, which has its own time axis \[s\].
@@ -39,8 +40,8 @@ fn soon(panel: &Panel) -> Panel {
     soon
 }
 
-/// Returns a curve of `values` for each of `names`. The first `group` curves are solid, each in its own color; the others are
-/// dashed, in the same colors.
+/// Returns a curve for each of `names`. `values(k, i)` is the value of curve number i at `times[k]`. The first `group` curves are
+/// solid, each in its own color; the others are dashed, in the same colors.
 fn components(
     names: &[&str],
     group: usize,
