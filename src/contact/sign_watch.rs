@@ -42,8 +42,8 @@ pub(crate) struct SignWatch {
 }
 
 impl SignWatch {
-    /// Takes the `force` on the tool \[N\] and the tool's `velocity` [m/s], both along the tool's axes, `dt` \[s\] after the last
-    /// ones. Returns whether the sign of the force is wrong.
+    /// Takes the `force` on the tool \[N\] and the tool's `velocity` [m/s], both along the tool's axes. `dt` is the time since the
+    /// last call \[s\]. Returns whether the sign of the force is wrong.
     pub fn update(&mut self, force: &Vector3<f64>, velocity: &Vector3<f64>, dead_band: f64, dt: f64) -> bool {
         let (size, touches) = (force.norm(), TOUCH.max(DEAD_BANDS * dead_band));
         if size <= dead_band.max(TOUCH / 3.0) {

@@ -96,8 +96,8 @@ pub fn joint_name(number: usize, joints: &[String]) -> String {
 }
 
 impl Status {
-    /// Explains why the arm does not arrive and what to try; `None` if nothing stops the arm or there is a [`Reason`]. `joints` are
-    /// the names of all joints, arm after arm.
+    /// Explains why the arm does not arrive and what to try. Returns `None` if nothing stops the arm, or if a [`Reason`] says what
+    /// stops it. `joints` are the names of all joints, arm after arm.
     pub fn explain(&self, joints: &[String]) -> Option<String> {
         let name = |number: usize| joint_name(number, joints);
         match self.state {

@@ -23,10 +23,10 @@ pub(super) const SLOWEST: f64 = 0.02;
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// The largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. The change is also at most
-/// `PROBE_ACCELERATION` \[s\] times the acceleration limit, because a joint that responds late makes the whole change at once.
+/// As long as a joint has not responded, its command changes by at most `PROBE_SPEED` [rad/s, prismatic: m/s], and by at most its
+/// acceleration limit times `PROBE_TIME` \[s\]. A joint that responds late makes the whole change of speed at once.
 const PROBE_SPEED: f64 = 0.05;
-const PROBE_ACCELERATION: f64 = 0.01;
+const PROBE_TIME: f64 = 0.01;
 
 /// How far a joint must move in the commanded direction to count as having responded \[rad, prismatic: m\]. Encoder noise at
 /// standstill is smaller.
@@ -63,7 +63,7 @@ const MEMORY: Duration = Duration::from_secs(1);
 /// Returns the largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. `acceleration` is the
 /// joint's acceleration limit [rad/s², prismatic: m/s²].
 fn probe_speed(acceleration: f64) -> f64 {
-    PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
+    PROBE_SPEED.min(PROBE_TIME * acceleration)
 }
 
 /// Returns the least distance by which a joint should have moved \[rad, prismatic: m\], after a command to move by `asked`.

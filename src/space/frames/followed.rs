@@ -40,8 +40,8 @@ impl Followed {
         self.goal.number
     }
 
-    /// Returns the time at which the frame counts as lost if no transform arrives before: `patience` after the last transform.
-    /// Returns `None` if the frame is already lost.
+    /// Returns the time `patience` after the last transform. If no transform arrives until then, the frame counts as lost. Returns
+    /// `None` if the frame is already lost.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }

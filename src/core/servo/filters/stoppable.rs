@@ -253,8 +253,9 @@ impl PathCheck<'_> {
         false
     }
 
-    /// Checks the stop at its beginning, where the arm is placed, and at its end after `end` cycles. Returns whether all gaps are
-    /// wide enough at both. Adds to `open` the pairs whose gap is not proven wide enough in between.
+    /// Checks the gaps at the beginning and at the end of a stop of `end` cycles. The arm must be placed at the beginning of the stop.
+    /// Returns whether all gaps are wide enough at both times. Adds to `open` the pairs whose gap is not proven wide enough between
+    /// these times.
     fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
         open.clear();
         for (number, near) in self.near.iter().enumerate() {
