@@ -62,7 +62,7 @@ mod unit_dual_quaternion;
 
 pub use dual_quaternion::DualQuaternion;
 pub use hamilton::{dual_hamilton_minus, dual_hamilton_plus, hamilton_minus, hamilton_plus};
-pub use log::{log_coefficients, screw_log};
+pub use log::{log_coefficients, screw_log, split, stack};
 pub use primitives::{Line, Plane};
 pub use quaternion::{NotUnit, angle_axis, quaternion_from_angle_axis, rotation_vector, unit_rotation};
 pub use unit_dual_quaternion::UnitDualQuaternion;

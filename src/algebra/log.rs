@@ -109,10 +109,12 @@ pub fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
     }
 }
 
-fn stack(upper: Vector3<f64>, lower: Vector3<f64>) -> Vector6<f64> {
+/// Returns the six numbers of a logarithm, a twist or a wrench: first the angular vector `upper`, then the linear vector `lower`.
+pub fn stack(upper: Vector3<f64>, lower: Vector3<f64>) -> Vector6<f64> {
     Vector6::new(upper.x, upper.y, upper.z, lower.x, lower.y, lower.z)
 }
 
-fn split(vector: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+/// Returns the angular and the linear vector of six numbers, as [`stack`] has them.
+pub fn split(vector: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (vector.fixed_rows::<3>(0).into(), vector.fixed_rows::<3>(3).into())
 }

@@ -2,8 +2,7 @@
 
 use crate::Compliance;
 use crate::compliance::angular_first;
-use crate::load::stacked;
-use dq_algebra::UnitDualQuaternion;
+use dq_algebra::{UnitDualQuaternion, split, stack};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
@@ -88,8 +87,8 @@ impl Admittance {
 
     /// Returns the body twist of the offset, `(ω, v)` [rad/s, m/s].
     pub fn twist(&self) -> Vector6<f64> {
-        let [angular, linear] = halves(&self.rates);
-        stacked(&angular, &(self.offset.rotation().inverse() * linear))
+        let (angular, linear) = split(&self.rates);
+        stack(angular, self.offset.rotation().inverse() * linear)
     }
 
     /// Sets the rates of the offset to zero. The offset itself does not change.
@@ -112,18 +111,18 @@ impl Admittance {
         let (before, stiffness) = (self.offset, dynamics.stiffness());
         let (rotation, point) = (before.rotation(), before.translation());
         let turn = rotation.scaled_axis();
-        let [torque, force] = halves(wrench);
-        let [about, along] = halves(&stiffness);
+        let (torque, force) = split(wrench);
+        let (about, along) = split(&stiffness);
         let torque = torque - inverse_jacobian(&turn).tr_mul(&about.component_mul(&turn));
         let force = rotation * force - along.component_mul(&point);
-        let (wrench, mut travel) = (stacked(&torque, &force), Vector6::zeros());
+        let (wrench, mut travel) = (stack(torque, force), Vector6::zeros());
         for i in 0..6 {
             let (mass, stiffness) = (dynamics.mass[i], stiffness[i]);
             let damping = dynamics.damping[i].max(OVERDAMPED * 2.0 * (stiffness * mass).sqrt());
             let equation = [damping / mass, stiffness / mass];
             (travel[i], self.rates[i]) = step(self.rates[i], wrench[i] / mass, equation, dt);
         }
-        let [turned, moved] = halves(&travel);
+        let (turned, moved) = split(&travel);
         let rotation = rotation * UnitQuaternion::from_scaled_axis(turned);
         self.offset = UnitDualQuaternion::from_parts(rotation, point + moved);
         if let Some(compliance) = compliance {
@@ -148,13 +147,8 @@ impl Admittance {
         let turn = UnitQuaternion::from_scaled_axis(shortened(turn, angle));
         self.offset = UnitDualQuaternion::from_parts(turn, shortened(point, distance));
         let turned = (before.rotation().inverse() * turn).scaled_axis();
-        self.rates = stacked(&turned, &(self.offset.translation() - before.translation())) / dt;
+        self.rates = stack(turned, self.offset.translation() - before.translation()) / dt;
     }
-}
-
-/// Returns the angular and the linear half of six numbers.
-fn halves(numbers: &Vector6<f64>) -> [Vector3<f64>; 2] {
-    [0, 3].map(|first| numbers.fixed_rows::<3>(first).into_owned())
 }
 
 /// Solves `d²y/dt² + 2a dy/dt + b y = u` from `y = 0` and speed `v` over the time `t`, with `[2a, b]` as given and `a² > b ≥ 0`.

@@ -1,5 +1,6 @@
 //! The parameters of contact.
 
+use dq_algebra::split;
 use dq_limits::POSITIVE;
 use dq_params::Parameters;
 use nalgebra::{Vector3, Vector6};
@@ -67,8 +68,9 @@ pub(crate) fn angular_first(numbers: &[f64; 6]) -> Vector6<f64> {
 }
 
 /// Returns the norms of the force and of the torque of a wrench, which has its torque first.
-pub(crate) fn sizes(wrench: &Vector6<f64>) -> [f64; 2] {
-    [wrench.fixed_rows::<3>(3).norm(), wrench.fixed_rows::<3>(0).norm()]
+pub fn sizes(wrench: &Vector6<f64>) -> [f64; 2] {
+    let (torque, force) = split(wrench);
+    [force.norm(), torque.norm()]
 }
 
 impl Compliance {

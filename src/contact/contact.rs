@@ -3,7 +3,7 @@
 use crate::compliance::{angular_first, sizes};
 use crate::sign_watch::SignWatch;
 use crate::{Admittance, Compliance, WrenchSensor, wrench_in};
-use dq_algebra::UnitDualQuaternion;
+use dq_algebra::{UnitDualQuaternion, split};
 use nalgebra::{UnitQuaternion, Vector6};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -59,12 +59,12 @@ impl ContactState {
     /// Returns why the arm has to stop now; `None` if it need not stop. `twist` is the body twist of the tool frame, `(ω, v)`
     /// [rad/s, m/s], and `dt` the time since the last call \[s\].
     pub fn fault(&mut self, compliance: &Compliance, twist: &Vector6<f64>, dt: f64) -> Option<ContactFault> {
-        let velocity = twist.fixed_rows::<3>(3).into_owned();
+        let (_, velocity) = split(twist);
         self.sensor.note_motion(velocity.norm() * dt);
-        let force = self.sensor.filtered().fixed_rows::<3>(3).into_owned();
+        let (_, force) = split(self.sensor.filtered());
         let wrong_sign = self.sign.update(&force, &velocity, compliance.dead_band[0], dt);
         // At a stiff wall, the force exceeds its limit before the filtered wrench does. So these checks use the latest wrench.
-        let sudden = self.sensor.latest().fixed_rows::<3>(3).into_owned();
+        let (_, sudden) = split(self.sensor.latest());
         let latest = sizes(self.sensor.latest());
         let [force_now, torque_now] = latest;
         let limits = compliance.largest_wrench;

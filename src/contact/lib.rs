@@ -13,9 +13,9 @@ mod tests;
 mod wrench_sensor;
 
 pub use admittance::Admittance;
-pub use compliance::Compliance;
+pub use compliance::{Compliance, sizes};
 pub use contact::{ContactFault, ContactState};
-pub use load::{Identification, Load, TooFewDirections, stacked};
+pub use load::{Identification, Load, TooFewDirections};
 pub use wrench_sensor::{WrenchReading, WrenchSensor};
 
 use dq_algebra::UnitDualQuaternion;

@@ -1,5 +1,6 @@
 //! The load that hangs on the sensor, and its identification.
 
+use dq_algebra::stack;
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -39,13 +40,8 @@ impl Load {
     /// Returns the wrench of the weight in the tool frame, torque first \[N m, N\], with `gravity` in the base frame \[m/s²\].
     pub fn weight(&self, base_from_tool: &UnitQuaternion<f64>, gravity: &Vector3<f64>) -> Vector6<f64> {
         let force = self.mass * (base_from_tool.inverse() * gravity);
-        stacked(&self.center.cross(&force), &force)
+        stack(self.center.cross(&force), force)
     }
-}
-
-/// Returns the six numbers of a wrench or twist, angular part first.
-pub fn stacked(angular: &Vector3<f64>, linear: &Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
 }
 
 /// The number of unknowns: the mass `m`, its moment `m c`, and a constant force `f₀` and torque `τ₀` of the sensor.

@@ -1,8 +1,7 @@
 //! Converts the sensor's messages to the wrench that the environment exerts on the tool, in the tool frame.
 
-use crate::load::stacked;
 use crate::{Compliance, Identification, Load, TooFewDirections, wrench_in};
-use dq_algebra::UnitDualQuaternion;
+use dq_algebra::{UnitDualQuaternion, stack};
 use dq_kinematics::arm::bounds::{self, NumberError};
 use dq_link::Arbiter;
 use nalgebra::Vector6;
@@ -90,7 +89,7 @@ impl WrenchSensor {
         let tool_from_sensor =
             if in_tool { reading.sensor } else { base_from_tool.inverse() * reading.sensor };
         let sign = if compliance.reversed { -1.0 } else { 1.0 };
-        let given = sign * stacked(&reading.torque.into(), &reading.force.into());
+        let given = sign * stack(reading.torque.into(), reading.force.into());
         let measured = wrench_in(&tool_from_sensor, &given);
         let time = now.saturating_sub(reading.stamp_age.unwrap_or_default());
         let interval =

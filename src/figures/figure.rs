@@ -143,15 +143,7 @@ impl Figure {
         let full = wide + legend_width;
         let right = rows.iter().map(Vec::len).max().unwrap_or_default() as f64 * full;
         let shown = self.shown_in_legend(all, is_shared, paper.is_some());
-        let (legend, mut top) = match (paper, is_of_scenes) {
-            (None, false) => (Legend::new(shown, (right + 12.0, 74.0), 0.0), 40.0),
-            _ => {
-                let legend =
-                    Legend::new(shown, if paper.is_some() { (10.0, 14.0) } else { (18.0, 54.0) }, right);
-                let bottom = legend.bottom;
-                (legend, bottom)
-            }
-        };
+        let (legend, mut top) = placed_legend(shown, paper.is_some(), is_of_scenes, right);
         let width = match paper {
             Some((inches, _)) => inches * PAPER,
             None => legend.right().max(right).max(28.0 + text_width(&self.title, TITLE)),
@@ -222,6 +214,16 @@ impl Figure {
         write(&folder.join(format!("{}.svg", self.name)), svg.as_bytes())?;
         write(&folder.join(format!("{}.png", self.name)), &png(&svg, width)?)
     }
+}
+
+/// Returns the legend that all views share, and the top of the first row of views \[px\]. `right` is the right end of the rows.
+fn placed_legend(shown: Vec<Series>, is_on_paper: bool, is_of_scenes: bool, right: f64) -> (Legend, f64) {
+    if !is_on_paper && !is_of_scenes {
+        return (Legend::new(shown, (right + 12.0, 74.0), 0.0), 40.0);
+    }
+    let legend = Legend::new(shown, if is_on_paper { (10.0, 14.0) } else { (18.0, 54.0) }, right);
+    let bottom = legend.bottom;
+    (legend, bottom)
 }
 
 /// Writes every figure into `folder`. Creates the folder if necessary.

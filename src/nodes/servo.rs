@@ -10,6 +10,7 @@ use super::node_setup::NodeSetup;
 use super::outputs::Outputs;
 use super::pictures::MomentSlot;
 use super::report::Report;
+use super::requests::Reply;
 use super::ros_inputs::{Request, RosInputs, Sources};
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
@@ -194,7 +195,7 @@ fn serve_parameters(
 const LAST_REPORT: Duration = Duration::from_millis(200);
 
 fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {
-    let (pause, stop, round) = (requests.clone(), requests.clone(), requests.clone());
+    let (pause, round) = (requests.clone(), requests.clone());
     let (mut senders, mut others, began) = (Senders::default(), Senders::default(), Instant::now());
     node.serve_timed::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }, origin| {
         let ago = senders.hear(origin, Clocks::at(began.elapsed())).ago;
@@ -213,28 +214,30 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
     });
     // A keystore from before this service was introduced does not grant access to it. The servo works without the service.
     reconfigures.unwrap_or_else(|why| node.log().warn(&format!("no ~/reconfigure: {why}")));
-    node.serve_later::<Trigger, _>("~/stop", move |_| {
-        let stop = stop.clone();
-        async move {
-            requests::ask(
-                &stop,
-                Request::Stop,
-                "decelerating; the goal is dropped, a pause stays",
-                requests::PATIENCE,
-            )
-            .await
-        }
+    serve_trigger(node, "~/stop", requests, Request::Stop, "decelerating; the goal is dropped, a pause stays")
+}
+
+/// Serves `service`, which passes the request that `make` creates to the cycle. Once the cycle takes it, the reply says `done`.
+fn serve_trigger(
+    node: &mut Node,
+    service: &str,
+    requests: &Sender<Request>,
+    make: fn(Reply) -> Request,
+    done: &'static str,
+) -> Result<(), RosError> {
+    let requests = requests.clone();
+    node.serve_later::<Trigger, _>(service, move |_| {
+        let requests = requests.clone();
+        async move { requests::ask(&requests, make, done, requests::PATIENCE).await }
     })
 }
 
 /// Serves the services of the wrench sensor. A keystore from before these services were introduced does not grant access to them.
 /// In that case, the servo works without them.
 fn serve_contact(node: &mut Node, requests: &Sender<Request>) {
-    let (tare, identify) = (requests.clone(), requests.clone());
-    let served = node.serve_later::<Trigger, _>("~/tare", move |_| {
-        let (tare, done) = (tare.clone(), "the present wrench counts as no contact");
-        async move { requests::ask(&tare, Request::Tare, done, requests::PATIENCE).await }
-    });
+    let identify = requests.clone();
+    let served =
+        serve_trigger(node, "~/tare", requests, Request::Tare, "the present wrench counts as no contact");
     let served = served.and_then(|()| {
         node.serve_later::<SetBool, _>("~/identify_tool", move |SetBoolRequest { data: begins }| {
             let (identify, done) =

@@ -1,11 +1,12 @@
 //! The subscription to the wrench at the tool.
 
+use super::arm_input::reject_malformed;
 use super::events::EventsRecord;
 use super::frames::{Frames, SensorFrame};
 use super::node_setup::NodeSetup;
 use super::senders::{Clocks, Senders};
 use super::throttle::Throttle;
-use dq_core::servo::{Event, Rejection, Servo, is_own_frame};
+use dq_core::servo::{Event, Servo, is_own_frame};
 use dq_messages::messages::WrenchStamped;
 use dq_ros::ros::{Clock, EndpointId, Subscription};
 use dq_wire::wrench_reading;
@@ -87,9 +88,7 @@ impl WrenchInput {
             };
             let _ = record.take(servo, Event::Wrench(reading));
         });
-        for why in malformed {
-            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
-        }
+        reject_malformed(servo, malformed);
         let Some(frames) = frames else { return };
         if unknown && asks.is_due(clocks.now) {
             frames.ask_for_sensor(&found.0);

@@ -1,7 +1,7 @@
 //! The servo in fake time.
 
 use super::arrays::{Numbers, array, slice, wrong};
-use super::joints::{JointGoal, Joints};
+use super::joints::JointGoal;
 use super::law::Law;
 use super::parameters::{PythonValue, changed, of_law, store, typed, values};
 use super::pose::Pose;
@@ -9,7 +9,7 @@ use super::runs::python;
 use super::time::{age, duration};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    self, Contended, Event, JointGoalReading, JointReading, Load, Rejection, Sent, Settings, WrenchReading,
+    self, Contended, Event, JointGoalReading, Load, Measured, Rejection, Sent, Settings, WrenchReading,
     joint_name,
 };
 use dq_kinematics::control::Controller;
@@ -33,7 +33,8 @@ pub(super) struct Servo {
     /// The law in force if the user wrote it in Python. No parameter can name such a law.
     own: Option<Law>,
     search: Box<Search>,
-    joints: Joints,
+    /// The names of all joints, arm after arm.
+    joints: Vec<String>,
     /// The joint goal that takes effect in the next cycle.
     joint_goal: Option<Vec<Option<f64>>>,
     now: Duration,
@@ -63,7 +64,7 @@ impl Servo {
         given.extend(listed.iter().flat_map(of_law));
         let (store, own) = (store(py, kind, arm, given)?, own.into_iter().next());
         let parameters = typed(py, kind, &store)?.with(|settings| take_place(own.as_ref(), settings));
-        let joints = Joints::new(kind, parameters.joints.clone());
+        let joints = kind.joint_names(&parameters.joints);
         let search = Box::new(Search::new(parameters.arms.clone()));
         let servo = parameters.build().map_err(wrong)?;
         Ok(Self { servo, store, kind, own, search, joints, joint_goal: None, now: Duration::ZERO })
@@ -79,7 +80,7 @@ impl Servo {
     /// or a list for all joints. A joint that the dict does not name keeps its previous joint goal; without one, it stays where it
     /// is.
     fn set_joint_goal(&mut self, positions: JointGoal<'_>) -> PyResult<()> {
-        self.joint_goal = Some(self.joints.positions(&positions)?);
+        self.joint_goal = Some(positions.positions(&self.joints)?);
         Ok(())
     }
 
@@ -109,7 +110,10 @@ impl Servo {
             let speed = velocities[joint];
             return Err(wrong(format!("velocities[{joint}] is {speed}: expected a finite number")));
         }
-        let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, Some(age)));
+        let state = positions.map_or(Ok(()), |positions| {
+            let measured = Measured { positions: &positions, velocities: &velocities };
+            self.servo.take_measured(&measured, Some(age), self.now)
+        });
         let felt = wrench.map_or(Ok(true), |wrench| self.servo.take_wrench(&in_tool(wrench, age), self.now));
         let goal = self.servo.take_set_goal(self.now).and(self.take_joint_goal());
         // Do not release Python's global lock (GIL) for these microseconds. Measured with the lock released: two threads with a servo
@@ -189,7 +193,7 @@ impl Servo {
     /// The names of the joints.
     #[getter]
     fn joints(&self) -> Vec<String> {
-        self.joints.names.clone()
+        self.joints.clone()
     }
 
     /// The name of the servo's state, such as `tracking` or `settled`.
@@ -222,7 +226,7 @@ impl Servo {
     }
 
     fn __repr__(&self) -> String {
-        format!("<dq_servo.Servo of {} joints: {}>", self.joints.names.len(), self.state())
+        format!("<dq_servo.Servo of {} joints: {}>", self.joints.len(), self.state())
     }
 }
 
@@ -236,26 +240,6 @@ impl Servo {
         Ok(())
     }
 
-    fn take_state(
-        &mut self,
-        positions: &[f64],
-        velocities: &[f64],
-        stamp_age: Option<Duration>,
-    ) -> Result<(), Rejection> {
-        let expected = self.joints.names.len();
-        let lengths = [Some(positions.len()), (!velocities.is_empty()).then_some(velocities.len())];
-        if let Some(got) = lengths.into_iter().flatten().find(|got| *got != expected) {
-            return Err(Rejection::OnePerJoint { expected, got });
-        }
-        for (arm, (names, range)) in self.joints.ranges().enumerate() {
-            let velocities = velocities.get(range.clone()).unwrap_or_default();
-            let reading =
-                JointReading { names, positions: &positions[range], velocities, source: 0, stamp_age };
-            self.servo.take_joint_state(arm, &reading, self.now)?;
-        }
-        Ok(())
-    }
-
     fn take_joint_goal(&mut self) -> Result<(), Rejection> {
         let Some(positions) = self.joint_goal.take() else { return Ok(()) };
         let goal = JointGoalReading { positions: &positions, stamp: 0, sent: Sent::default() };
@@ -265,14 +249,14 @@ impl Servo {
     fn report(&self) -> ServoReport<'_> {
         let (servo, status) = (&self.servo, self.servo.status());
         let (name, Settings { controller, scene, .. }) =
-            (|number| joint_name(number, &self.joints.names), servo.settings());
+            (|number| joint_name(number, &self.joints), servo.settings());
         let publisher = |_: Contended, number| format!("publisher {number}");
         let reason = status.reason.map(|why| why.explain(name, publisher, |_| "the commands".to_owned()));
-        let at_limit = status.joint_at_limit.and_then(|joint| self.joints.names.get(joint.checked_sub(1)?));
+        let at_limit = status.joint_at_limit.and_then(|joint| self.joints.get(joint.checked_sub(1)?));
         ServoReport {
             law: self.kind.law(controller),
             joint_at_limit: at_limit.map(String::as_str),
-            reason: reason.or_else(|| status.explain(&self.joints.names)),
+            reason: reason.or_else(|| status.explain(&self.joints)),
             keep_outs: scene.as_ref().map(|scene| scene.keep_outs().len() + scene.keep_ins().len()),
             smallest_singular_value: servo.smallest_singular_value(),
             now: self.now,

@@ -58,9 +58,12 @@ pub fn joint_goal_reading<'a>(
     Ok(JointGoalReading { positions, stamp: goal.header.stamp.nanoseconds(), sent: Sent::default() })
 }
 
+fn numbers(v: &Vector3) -> [f64; 3] {
+    [v.x, v.y, v.z]
+}
+
 /// Converts a twist.
 pub fn twist_reading(twist: &TwistStamped) -> TwistReading<'_> {
-    let numbers = |v: &Vector3| [v.x, v.y, v.z];
     TwistReading {
         linear: numbers(&twist.twist.linear),
         angular: numbers(&twist.twist.angular),
@@ -72,7 +75,6 @@ pub fn twist_reading(twist: &TwistStamped) -> TwistReading<'_> {
 /// Converts a wrench from the publisher `source`. `clock` is the present time of this host's clock \[ns\], from which the age of the
 /// wrench follows.
 pub fn wrench_reading(wrench: &WrenchStamped, source: u32, clock: i64) -> WrenchReading<'_> {
-    let numbers = |v: &Vector3| [v.x, v.y, v.z];
     WrenchReading {
         force: numbers(&wrench.wrench.force),
         torque: numbers(&wrench.wrench.torque),

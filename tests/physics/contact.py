@@ -121,15 +121,25 @@ def matrix(rotation):
     return dq.Pose([0.0, 0.0, 0.0], rotation).matrix()[:3, :3]
 
 
+def forward(way, speed):
+    """A function of the robot that moves the goal this way [m] along the tool's z axis, or until the servo refuses it."""
+    gone = 0.0
+
+    def advance(robot):
+        nonlocal gone
+        if gone < way and robot.servo.status["consent"] in (gone > 0.0, True):
+            gone += speed * PERIOD
+            robot.go(robot.at(gone))
+
+    return advance
+
+
 def press(robot, depth=0.02, speed=0.05, seconds=6.0):
-    """Moves the goal into the wall until the servo refuses it. Returns the forces, one for each cycle."""
-    forces, forward = [], 0.0
+    """Moves the goal into the wall. Returns the forces, one for each cycle."""
+    forces, advance = [], forward(depth + 0.01, speed)
 
     def each(robot):
-        nonlocal forward
-        if forward < depth + 0.01 and robot.servo.status["consent"] in (forward > 0.0, True):
-            forward += speed * PERIOD
-            robot.go(robot.at(forward))
+        advance(robot)
         forces.append(robot.force)
 
     robot.run(0.5)
@@ -184,16 +194,8 @@ def insert(number):
     miss = 0.002 * (np.cos(angle) * across[:, 0] + np.sin(angle) * across[:, 1])
     rim = free.surface + miss
     robot = Touching(Equipped(hole=(rim, free.into)), INSERTING)
-    forward = 0.0
-
-    def each(robot):
-        nonlocal forward
-        if forward < 0.06 and robot.servo.status["consent"] in (forward > 0.0, True):
-            forward += 0.01 * PERIOD
-            robot.go(robot.at(forward))
-
     robot.run(0.5)
-    robot.run(9.0, each=each)
+    robot.run(9.0, each=forward(0.06, 0.01))
     return (robot.tip() - rim) @ robot.into, robot.servo.status.get("reason")
 
 

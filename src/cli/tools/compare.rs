@@ -8,7 +8,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dq_kinematics::control::Law;
 use dq_ros::stderr;
 use dq_studies::compare::{
-    Arm, CompareError, Findings, Paired, Part, PeerRuns, Peers, Study, Summary, Switch, figures, latex, page,
+    Arm, CompareError, Findings, Paired, Part, PeerRuns, Peers, Study, Summary, Switch, Table, figures,
+    latex, page,
 };
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -151,19 +152,19 @@ impl Compare {
             let ours = format!("{law} with {name} {}", names[1]);
             tables.push((format!("{ours}, and {program}"), Paired::table(&rows, &[ours, program])));
         }
-        let [markdown, latex]: [Vec<_>; 2] = [
-            tables.iter().map(|(title, table)| format!("{title}:\n\n{}", table.markdown())).collect(),
-            tables.iter().map(|(title, table)| table.latex(title)).collect(),
-        ];
-        self.write(name, &markdown.join("\n"), &latex.join("\n"))?;
-        Ok(print_line!("{}", markdown.join("\n"))?)
+        let joined = |texts: Vec<String>| texts.join("\n");
+        let markdown = |(title, table): &(String, Table)| format!("{title}:\n\n{}", table.markdown());
+        let markdown = joined(tables.iter().map(markdown).collect());
+        let latex = || joined(tables.iter().map(|(title, table)| table.latex(title)).collect());
+        self.write(name, &markdown, latex)?;
+        Ok(print_line!("{markdown}")?)
     }
 
     /// Writes tables as Markdown, and as LaTeX if that was requested.
-    fn write(&self, name: &str, markdown: &str, latex: &str) -> crate::cli::Result<()> {
+    fn write(&self, name: &str, markdown: &str, latex: impl FnOnce() -> String) -> crate::cli::Result<()> {
         dq_figures::write(&self.out.join(format!("{name}.md")), markdown.as_bytes())?;
         if self.latex {
-            dq_figures::write(&self.out.join(format!("{name}.tex")), latex.as_bytes())?;
+            dq_figures::write(&self.out.join(format!("{name}.tex")), latex().as_bytes())?;
         }
         Ok(())
     }
@@ -179,7 +180,7 @@ impl Compare {
         let json = serde_json::to_string(&findings).map_err(std::io::Error::from)? + "\n";
         dq_figures::write(&self.out.join("compare.json"), json.as_bytes())?;
         let page = page(&findings);
-        self.write("what_the_laws_do", &page, &latex(&findings))?;
+        self.write("what_the_laws_do", &page, || latex(&findings))?;
         print_line!(
             "{page}\ncompare.jsonl, compare.json, figures and this page are in {}",
             self.out.display()

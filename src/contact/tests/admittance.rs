@@ -3,7 +3,7 @@
 use super::defaults;
 use crate::admittance::inverse_jacobian;
 use crate::{Admittance, Compliance};
-use dq_algebra::UnitDualQuaternion;
+use dq_algebra::{UnitDualQuaternion, stack};
 use nalgebra::{Matrix3, Matrix4, Unit, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 
@@ -110,7 +110,7 @@ fn integrated(wrench: &Vector6<f64>, stiffness: &Vector6<f64>, damping: f64, tim
 #[test]
 fn a_turn_of_two_radians_about_a_skew_axis_agrees_with_an_integration_on_se3() {
     let axis = Unit::new_normalize(Vector3::new(1.0, -2.0, 0.5));
-    let wrench = dq_stacked(&(75.0 * axis.into_inner()), &Vector3::new(2.0, 1.0, -3.0));
+    let wrench = stack(75.0 * axis.into_inner(), Vector3::new(2.0, 1.0, -3.0));
     let six = [40.0, 60.0, 50.0, 30.0, 36.0, 33.0];
     let stiffness = Vector6::new(30.0, 36.0, 33.0, 40.0, 60.0, 50.0);
     let compliance = with(six, [20.0; 6]);
@@ -122,10 +122,6 @@ fn a_turn_of_two_radians_about_a_skew_axis_agrees_with_an_integration_on_se3() {
     assert!((1.5..2.4).contains(&angle), "{angle}");
     let difference = matrix(admittance.offset()) - integrated(&wrench, &stiffness, 20.0, 0.8);
     assert!(difference.amax() < 3e-3, "{difference}");
-}
-
-fn dq_stacked(angular: &Vector3<f64>, linear: &Vector3<f64>) -> Vector6<f64> {
-    crate::stacked(angular, linear)
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The sensor: frames, weight, bias, identification, and unusable messages.
 
 use super::defaults;
-use crate::{Compliance, Load, TooFewDirections, WrenchReading, WrenchSensor, stacked};
-use dq_algebra::UnitDualQuaternion;
+use crate::{Compliance, Load, TooFewDirections, WrenchReading, WrenchSensor};
+use dq_algebra::{UnitDualQuaternion, stack};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -36,7 +36,7 @@ fn turned(angles: [f64; 3]) -> UnitDualQuaternion {
 fn measured(pose: &UnitDualQuaternion, bias: &Vector6<f64>) -> WrenchReading<'static> {
     let gravity = pose.rotation().inverse() * Vector3::new(0.0, 0.0, -9.80665);
     let force = LOAD.mass * gravity;
-    let wrench = stacked(&LOAD.center.cross(&force), &force) + bias;
+    let wrench = stack(LOAD.center.cross(&force), force) + bias;
     let half = |first: usize| wrench.fixed_rows::<3>(first).into_owned().into();
     reading(half(3), half(0))
 }

@@ -2,7 +2,6 @@
 
 use super::Rejection;
 use dq_algebra::{UnitDualQuaternion, unit_rotation};
-use dq_common::text::cut;
 use dq_kinematics::arm::bounds;
 use dq_metrics::{GoalError, Tolerance};
 use nalgebra::Vector3;
@@ -34,10 +33,7 @@ impl Goal {
         base_frame: &str,
     ) -> Result<Self, Rejection> {
         if !is_own_frame(frame_id, base_frame) {
-            return Err(Rejection::UnknownFrame {
-                got: cut(frame_id).into_owned(),
-                expected: vec![base_frame.to_owned()],
-            });
+            return Err(Rejection::unknown_frame(frame_id, [base_frame]));
         }
         bounds::check(|| "position".to_owned(), &position, bounds::LENGTH, "m")?;
         bounds::check(|| "orientation".to_owned(), &orientation_xyzw, f64::MAX, "")?;

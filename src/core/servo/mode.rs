@@ -33,6 +33,11 @@ impl Mode {
         if let Self::Goal(pursuit) = self { Some(pursuit) } else { None }
     }
 
+    /// Returns the pursuit of a goal to which the law moves the arm. Returns `None` if the arm moves along the joint line instead.
+    pub fn law_pursuit(&self) -> Option<&Pursuit> {
+        self.pursuit().filter(|pursuit| !pursuit.follows_joint_line())
+    }
+
     pub fn pursuit_mut(&mut self) -> Option<&mut Pursuit> {
         if let Self::Goal(pursuit) = self { Some(pursuit) } else { None }
     }

@@ -97,6 +97,12 @@ pub enum Rejection {
 }
 
 impl Rejection {
+    /// Returns the rejection of a message in the frame `got`. The servo accepts the frames `expected`.
+    pub(super) fn unknown_frame<S: Into<String>>(got: &str, expected: impl IntoIterator<Item = S>) -> Self {
+        let expected = expected.into_iter().map(Into::into).collect();
+        Self::UnknownFrame { got: cut(got).into_owned(), expected }
+    }
+
     /// Returns the reason in words, cut to the maximum length of a message.
     pub fn text(&self) -> String {
         cut(&self.to_string()).into_owned()

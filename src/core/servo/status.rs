@@ -76,8 +76,8 @@ pub struct Status {
 /// The contact in the last cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactStatus {
-    /// The wrench at the tool without weight and bias, in the tool frame, torque first \[N m, N\].
-    pub wrench: Vector6<f64>,
+    /// The force \[N\] and the torque \[N m\] at the tool, without weight and bias, after the low-pass.
+    pub wrench: [f64; 2],
     /// The distance \[m\] and angle \[rad\] by which the goal has yielded.
     pub offset: [f64; 2],
     /// The least stable damping of motion along an axis \[N s/m\], and the delay \[s\] that makes it necessary. `None` if the

@@ -1,6 +1,6 @@
 //! The motion of a goal that is sent repeatedly. Its twist is estimated from the recent poses.
 
-use dq_algebra::UnitDualQuaternion;
+use dq_algebra::{UnitDualQuaternion, split};
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -166,7 +166,7 @@ impl GoalStream {
         let interval = seconds(newest.time.saturating_sub(fit.time));
         let expected = fit.after(interval).pose;
         let off = (expected.inverse() * newest.pose).screw_log();
-        let (off, speeds) = (halves(&off), halves(&fit.coefficients[1]));
+        let [off, speeds] = [&off, &fit.coefficients[1]].map(|log| <[_; 2]>::from(split(log)));
         let passed = interval.max(SPAN);
         let mut all = off.iter().zip(&speeds).zip(STEP);
         if all.any(|((off, speed), step)| off.norm() > JUMP * passed * speed.norm() + step) {
@@ -261,11 +261,6 @@ impl GoalStream {
             .fold(0.0, f64::max)
             .min(LONGEST_INTERVAL)
     }
-}
-
-/// Splits a screw log into rotation and translation.
-fn halves(log: &Vector6<f64>) -> [Vector3<f64>; 2] {
-    [log.fixed_rows::<3>(0).into(), log.fixed_rows::<3>(3).into()]
 }
 
 impl Fit {

@@ -1,7 +1,6 @@
 //! Twists that the servo has checked.
 
 use super::Rejection;
-use dq_common::text::cut;
 use dq_kinematics::arm::bounds;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -33,8 +32,7 @@ impl Twist {
         let frame = frame_id.trim_start_matches('/');
         let in_tool = !frame.is_empty() && frame == tool && frame != base;
         if !(in_tool || frame.is_empty() || frame == base) {
-            let (got, expected) = (cut(frame_id).into_owned(), [base, tool].map(str::to_owned).into());
-            return Err(Rejection::UnknownFrame { got, expected });
+            return Err(Rejection::unknown_frame(frame_id, [base, tool]));
         }
         for (field, values, unit) in [("linear", &linear, "m/s"), ("angular", &angular, "rad/s")] {
             bounds::check(|| field.to_owned(), values, bounds::SPEED, unit)?;

@@ -4,9 +4,8 @@ use super::Servo;
 use crate::servo::mode::Pursuit;
 use crate::servo::stream::MovingGoal;
 use crate::servo::{ContactStatus, Reason, Rejection, Revocation, is_own_frame};
-use dq_algebra::UnitDualQuaternion;
-use dq_common::text::cut;
-use dq_contact::{Load, WrenchReading};
+use dq_algebra::{UnitDualQuaternion, stack};
+use dq_contact::{Load, WrenchReading, sizes};
 use nalgebra::Vector6;
 use std::time::Duration;
 
@@ -22,10 +21,8 @@ impl Servo {
         };
         let in_tool = is_own_frame(reading.frame_id, &self.frames.tool);
         if !in_tool && !is_own_frame(reading.frame_id, &self.frames.goal) {
-            let (got, expected) =
-                (cut(reading.frame_id).into_owned(), [&self.frames.tool, &self.frames.goal]);
-            return self
-                .counted(Err(Rejection::UnknownFrame { got, expected: expected.map(String::clone).into() }));
+            let expected = [&self.frames.tool, &self.frames.goal];
+            return self.counted(Err(Rejection::unknown_frame(reading.frame_id, expected)));
         }
         let taken =
             self.contact.sensor.hear(reading, (&self.base_from_tool_frame(), in_tool), &compliance, now);
@@ -65,13 +62,13 @@ impl Servo {
         let base_from_frame = self.base_from_tool_frame();
         let (angular, linear) = self.robot.arms.state().tool_twist(&self.output.motion);
         let back = base_from_frame.rotation().inverse();
-        let twist = dq_contact::stacked(&(back * angular), &(back * linear));
+        let twist = stack(back * angular, back * linear);
         let fault = self.contact.fault(&compliance, &twist, elapsed.as_secs_f64());
         let since = self.contact.sensor.measured_at().unwrap_or_default().max(request.pushed);
         let away = now.saturating_sub(since);
         let why = match fault {
             Some(fault) => Revocation::Contact(fault),
-            None if self.follows_law()
+            None if self.mode.law_pursuit().is_some()
                 && away > self.settings.rearm_timeout.max(compliance.wrench_timeout) =>
             {
                 Revocation::WrenchWasAway(away.as_secs_f64())
@@ -83,14 +80,10 @@ impl Servo {
         }
     }
 
-    fn follows_law(&self) -> bool {
-        self.mode.pursuit().is_some_and(|pursuit| !pursuit.follows_joint_line())
-    }
-
     /// Returns the reason to stop the arm if the goal is to yield, but no usable wrench arrives. Returns `None` if there is a
     /// usable wrench, if goals do not yield, or if no law drives the arm.
     pub(super) fn feels_nothing(&self, now: Duration) -> Option<Reason> {
-        let compliance = self.settings.contact.filter(|_| self.follows_law())?;
+        let compliance = self.settings.contact.filter(|_| self.mode.law_pursuit().is_some())?;
         let sensor = &self.contact.sensor;
         match () {
             () if sensor.is_stale(now, &compliance) => Some(Reason::NoWrench),
@@ -101,8 +94,7 @@ impl Servo {
 
     /// Moves the offset of the goal by one cycle, if the arm is `driven` by its law. Otherwise keeps the offset.
     pub(super) fn yield_to_wrench(&mut self, driven: bool) {
-        let Some(pursuit) = self.mode.pursuit().filter(|pursuit| driven && !pursuit.follows_joint_line())
-        else {
+        let Some(pursuit) = self.mode.law_pursuit().filter(|_| driven) else {
             return self.contact.offset.freeze();
         };
         let goal = *pursuit.goal.base_from_goal() * *self.contact.offset.offset();
@@ -144,7 +136,7 @@ impl Servo {
         let [x, y, z, ..] = compliance.damping;
         let lowest = x.min(y).min(z);
         Some(ContactStatus {
-            wrench: *self.contact.sensor.filtered(),
+            wrench: sizes(self.contact.sensor.filtered()),
             offset: self.contact.offset.offset().distances(&UnitDualQuaternion::identity()),
             least_damping: (lowest < least).then_some((least, delay)),
         })

@@ -159,7 +159,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Tells the oscillation monitor the law's error for the goal `before` and for the present goal, if the two goals differ.
+    /// Passes the law's error for the goal `before` and for the present goal to the oscillation monitor, if the two goals differ.
     fn tell_oscillation(&mut self, before: Option<Goal>) {
         let after = self.mode.pursuit().map(|pursuit| pursuit.goal);
         let (Some(before), Some(after)) = (before, after.filter(|after| before.as_ref() != Some(after)))

@@ -30,20 +30,46 @@ impl Servo {
     /// and the last valid input remains. The cycle runs in any case; [`output`](Self::output) returns its output.
     pub fn cycle(&mut self, now: Duration, measured: &Measured) -> Result<Option<&[f64]>, Rejection> {
         self.begin(now);
-        let state = self.take_measured(measured, now);
+        let fits = self.one_per_joint(measured);
+        let state = self.counted(fits).and_then(|()| self.take_states(measured, Some(Duration::ZERO), now));
         let goal = self.take_set_goal(now);
         self.step(now);
         state.and(goal)?;
         Ok(self.output())
     }
 
-    fn take_measured(&mut self, measured: &Measured, now: Duration) -> Result<(), Rejection> {
-        let Measured { positions, velocities } = *measured;
-        let count = self.robot.arms.joint_count();
+    /// Takes the joints as `measured`, received at `now`. `stamp_age` is how long ago they were measured; `None` if that is unknown.
+    ///
+    /// # Errors
+    /// [`Rejection::OnePerJoint`], which is not counted, and the errors of [`take_joint_state`](Self::take_joint_state), which are. The
+    /// last valid joint state remains.
+    pub fn take_measured(
+        &mut self,
+        measured: &Measured,
+        stamp_age: Option<Duration>,
+        now: Duration,
+    ) -> Result<(), Rejection> {
+        self.one_per_joint(measured)?;
+        self.take_states(measured, stamp_age, now)
+    }
+
+    /// Checks that there is a number for each joint.
+    fn one_per_joint(&self, Measured { positions, velocities }: &Measured) -> Result<(), Rejection> {
+        let expected = self.robot.arms.joint_count();
         let lengths = [Some(positions.len()), (!velocities.is_empty()).then_some(velocities.len())];
-        if let Some(got) = lengths.into_iter().flatten().find(|got| *got != count) {
-            return self.counted(Err(Rejection::OnePerJoint { expected: count, got }));
+        match lengths.into_iter().flatten().find(|got| *got != expected) {
+            Some(got) => Err(Rejection::OnePerJoint { expected, got }),
+            None => Ok(()),
         }
+    }
+
+    /// Takes the joint state of each arm from `measured`, which has a number for each joint.
+    fn take_states(
+        &mut self,
+        Measured { positions, velocities }: &Measured,
+        stamp_age: Option<Duration>,
+        now: Duration,
+    ) -> Result<(), Rejection> {
         for arm in 0..self.robot.link.figures().count() {
             let (order, joints) = self.robot.link.order(arm);
             let reading = JointReading {
@@ -51,7 +77,7 @@ impl Servo {
                 positions: &positions[joints.clone()],
                 velocities: velocities.get(joints).unwrap_or_default(),
                 source: 0,
-                stamp_age: Some(Duration::ZERO),
+                stamp_age,
             };
             self.take_joint_state(arm, &reading, now)?;
         }

@@ -74,7 +74,7 @@ impl Servo {
 
     /// Filters the desired velocity into the next command if the arm is `driven`. Otherwise brakes the arm to rest.
     fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
-        let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.follows_joint_line());
+        let pursuit = self.mode.law_pursuit();
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
         let largest = self.stable_rate();
         let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| LawGoal {
@@ -138,7 +138,7 @@ impl Servo {
         let pursuit = self.mode.pursuit();
         let watch = pursuit.map(|pursuit| &pursuit.watch);
         let stall = watch.and_then(|watch| watch.stall);
-        let by_law = pursuit.filter(|pursuit| !pursuit.follows_joint_line());
+        let by_law = self.mode.law_pursuit();
         let before = &self.status;
         self.status = Status {
             state,

@@ -1,6 +1,7 @@
 //! The velocity demanded by the law at the present joint positions.
 
 use super::{FilterInput, LawGoal};
+use dq_algebra::split;
 use dq_limits::ratio;
 
 /// Turns the law's velocity into the demanded velocity. First reduces the velocity to the gain that the delay allows. Then adds the
@@ -27,8 +28,9 @@ impl LawDemand {
         let pose = input.arms.pose();
         let twist = (pose.inverse() * moving.pose).adjoint() * moving.twist;
         let rotation = pose.rotation();
-        let [angular, linear] = [0, 3].map(|first| rotation * twist.fixed_rows::<3>(first).into_owned());
-        input.settings.controller.joint_velocity_of(input.arms.state(), &(angular, linear), &mut self.more);
+        let (angular, linear) = split(&twist);
+        let twist = (rotation * angular, rotation * linear);
+        input.settings.controller.joint_velocity_of(input.arms.state(), &twist, &mut self.more);
         velocity.iter_mut().zip(&self.more).for_each(|(speed, more)| *speed += more);
     }
 
