@@ -1,4 +1,4 @@
-//! Reads and writes URDF documents, reads the meshes that they refer to, and fits capsules around their shapes.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -1,5 +1,4 @@
-//! Connects the servo to its robot: takes joint states, estimates the robot's delay and the effect of payload and gravity on its
-//! joints, and checks that the robot is present and follows.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -1,4 +1,4 @@
-//! ROS 2 messages as data, without DDS: messages, their definitions and hashes, parameters, and the topics of a node.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -41,10 +41,12 @@ pub trait ServiceType: 'static {
     }
 }
 
-/// Declares a message struct with the derives that every message needs. Each field gets a generated comment. Further comments are
+/// Declares message structs with the derives that every message needs. Each field gets a generated comment. Further comments are
 /// necessary only for units and the like.
 macro_rules! message {
-    ($(#[$meta:meta])* $name:ident = $type:literal { $($(#[$field_meta:meta])* $field:ident : $kind:ty),* $(,)? }) => {
+    ($(
+        $(#[$meta:meta])* $name:ident = $type:literal { $($(#[$field_meta:meta])* $field:ident : $kind:ty),* $(,)? }
+    )+) => {$(
         $(#[$meta])*
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct $name {
@@ -56,15 +58,15 @@ macro_rules! message {
             ),*
         }
         impl Message for $name { const TYPE: &'static str = $type; }
-    };
+    )+};
 }
 
-/// Declares a service type, given its request and its response.
+/// Declares service types, given the request and the response of each.
 macro_rules! service {
-    (
+    ($(
         $(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty
-        $(, too_long |$response_too_long:ident, $bytes:ident, $room:ident| $instead:expr)?
-    ) => {
+        $(, too_long |$response_too_long:ident, $bytes:ident, $room:ident| $instead:expr)?;
+    )+) => {$(
         $(#[$meta])*
         pub struct $name;
         impl ServiceType for $name {
@@ -75,6 +77,6 @@ macro_rules! service {
                 Some($instead)
             })?
         }
-    };
+    )+};
 }
 pub(crate) use {message, service};

@@ -20,16 +20,14 @@ message! {
         double_array_value: Vec<f64>,
         string_array_value: Vec<String>,
     }
-}
-message! {
+
     /// The name and the value of a parameter.
     Parameter = "rcl_interfaces/msg/Parameter" {
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         name: String,
         value: ParameterValue,
     }
-}
-message! {
+
     /// The changes of a node's parameters.
     ParameterEvent = "rcl_interfaces/msg/ParameterEvent" {
         stamp: Time,
@@ -39,16 +37,14 @@ message! {
         changed_parameters: Vec<Parameter>,
         deleted_parameters: Vec<Parameter>,
     }
-}
-message! {
+
     /// Whether a parameter was set, and if not, why.
     SetParametersResult = "rcl_interfaces/msg/SetParametersResult" {
         successful: bool,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         reason: String,
     }
-}
-message! {
+
     /// The bounds of a double.
     FloatingPointRange = "rcl_interfaces/msg/FloatingPointRange" {
         from_value: f64,
@@ -56,8 +52,7 @@ message! {
         /// The step between values; 0 if every value within the bounds is valid.
         step: f64,
     }
-}
-message! {
+
     /// The bounds of an integer.
     IntegerRange = "rcl_interfaces/msg/IntegerRange" {
         from_value: i64,
@@ -65,8 +60,7 @@ message! {
         /// The step between values; 0 if every value within the bounds is valid.
         step: u64,
     }
-}
-message! {
+
     /// The description of a parameter.
     ParameterDescriptor = "rcl_interfaces/msg/ParameterDescriptor" {
         name: String,
@@ -78,51 +72,43 @@ message! {
         floating_point_range: Vec<FloatingPointRange>,
         integer_range: Vec<IntegerRange>,
     }
-}
-message! {
+
     /// The names of parameters.
     Names = "rcl_interfaces/srv/GetParameters_Request" {
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
         names: Vec<String>,
     }
-}
-message! {
+
     /// The values of parameters, in the order of the requested names.
     Values = "rcl_interfaces/srv/GetParameters_Response" {
         values: Vec<ParameterValue>,
     }
-}
-message! {
+
     /// The types of parameters, in the order of the requested names.
     Types = "rcl_interfaces/srv/GetParameterTypes_Response" {
         types: Vec<u8>,
     }
-}
-message! {
+
     /// The descriptions of parameters, in the order of the requested names.
     Descriptors = "rcl_interfaces/srv/DescribeParameters_Response" {
         descriptors: Vec<ParameterDescriptor>,
     }
-}
-message! {
+
     /// The parameters to set.
     Changes = "rcl_interfaces/srv/SetParameters_Request" {
         parameters: Vec<Parameter>,
     }
-}
-message! {
+
     /// The results of a call that sets parameters, one per parameter.
     Results = "rcl_interfaces/srv/SetParameters_Response" {
         results: Vec<SetParametersResult>,
     }
-}
-message! {
+
     /// The result of a call that sets all parameters or none.
     AtomicResult = "rcl_interfaces/srv/SetParametersAtomically_Response" {
         result: SetParametersResult,
     }
-}
-message! {
+
     /// A request to list parameters.
     ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
         /// The prefixes below which names are listed; empty for all names.
@@ -131,15 +117,13 @@ message! {
         /// The number of levels below the prefix that are listed; 0 for all.
         depth: u64,
     }
-}
-message! {
+
     /// The names of parameters, and the prefixes of these names.
     ListResult = "rcl_interfaces/msg/ListParametersResult" {
         names: Vec<String>,
         prefixes: Vec<String>,
     }
-}
-message! {
+
     /// The names of parameters, and the prefixes of these names.
     ListResponse = "rcl_interfaces/srv/ListParameters_Response" {
         result: ListResult,
@@ -168,27 +152,17 @@ impl ListResult {
 service! {
     /// Lists the names of parameters. In a list that is too long for a reply, prefixes stand for names.
     ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse,
-    too_long |response, bytes, room| ListResponse { result: response.result.shortened(bytes.saturating_sub(room)) }
-}
-service! {
+    too_long |response, bytes, room| ListResponse { result: response.result.shortened(bytes.saturating_sub(room)) };
     /// Gets the values of parameters. If the values are too long for a reply, the reply has no values, as with rclcpp's nodes.
-    GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_response, _bytes, _room| Values::default()
-}
-service! {
+    GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_response, _bytes, _room| Values::default();
     /// Gets the types of parameters.
-    GetParameterTypes = "rcl_interfaces/srv/GetParameterTypes" (Names) -> Types
-}
-service! {
+    GetParameterTypes = "rcl_interfaces/srv/GetParameterTypes" (Names) -> Types;
     /// Describes parameters.
-    DescribeParameters = "rcl_interfaces/srv/DescribeParameters" (Names) -> Descriptors
-}
-service! {
+    DescribeParameters = "rcl_interfaces/srv/DescribeParameters" (Names) -> Descriptors;
     /// Sets each parameter independently of the others.
-    SetParameters = "rcl_interfaces/srv/SetParameters" (Changes) -> Results
-}
-service! {
+    SetParameters = "rcl_interfaces/srv/SetParameters" (Changes) -> Results;
     /// Sets either all parameters or none.
-    SetParametersAtomically = "rcl_interfaces/srv/SetParametersAtomically" (Changes) -> AtomicResult
+    SetParametersAtomically = "rcl_interfaces/srv/SetParametersAtomically" (Changes) -> AtomicResult;
 }
 
 impl From<&Value> for ParameterValue {

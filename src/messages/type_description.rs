@@ -17,8 +17,7 @@ message! {
         /// Whether the response should include the texts of the definitions.
         include_type_sources: bool,
     }
-}
-message! {
+
     /// The response: the description of a type, or the reason why there is none.
     GetTypeDescriptionResponse = "type_description_interfaces/srv/GetTypeDescription_Response" {
         /// Whether the type is known.
@@ -39,7 +38,7 @@ service! {
         (GetTypeDescriptionRequest) -> GetTypeDescriptionResponse,
     too_long |_response, bytes, room| GetTypeDescriptionResponse::failed(format!(
         "the description has {bytes} bytes, and one datagram to this client holds {room}"
-    ))
+    ));
 }
 message! {
     /// The description of a type, and of all types that it uses.
@@ -49,8 +48,7 @@ message! {
         /// The types that the described type uses, sorted by name.
         referenced_type_descriptions: Vec<IndividualTypeDescription>,
     }
-}
-message! {
+
     /// The description of one type, without the types that it uses.
     IndividualTypeDescription = "type_description_interfaces/msg/IndividualTypeDescription" {
         /// The name of the type: `package/msg/Name`.
@@ -58,8 +56,7 @@ message! {
         /// The fields of the type, in their order.
         fields: Vec<Field>,
     }
-}
-message! {
+
     /// A field of a type.
     Field = "type_description_interfaces/msg/Field" {
         /// The name.
@@ -70,8 +67,7 @@ message! {
         /// The default value; empty for zero.
         default_value: String,
     }
-}
-message! {
+
     /// The type of a field.
     FieldType = "type_description_interfaces/msg/FieldType" {
         /// A number that `FieldType.msg` defines.
@@ -83,8 +79,7 @@ message! {
         /// The name of a message type; empty for other types.
         nested_type_name: String,
     }
-}
-message! {
+
     /// The text of a definition.
     TypeSource = "type_description_interfaces/msg/TypeSource" {
         /// The name of the type: `package/msg/Name`.

@@ -14,30 +14,26 @@ message! {
         b: f32,
         a: f32,
     }
-}
-message! {
+
     /// An image; our messages have none.
     CompressedImage = "sensor_msgs/msg/CompressedImage" {
         header: Header,
         format: String,
         data: Vec<u8>,
     }
-}
-message! {
+
     /// A position in a texture; our messages have none.
     UVCoordinate = "visualization_msgs/msg/UVCoordinate" {
         u: f32,
         v: f32,
     }
-}
-message! {
+
     /// A mesh; our messages have none.
     MeshFile = "visualization_msgs/msg/MeshFile" {
         filename: String,
         data: Vec<u8>,
     }
-}
-message! {
+
     /// A shape to draw.
     Marker = "visualization_msgs/msg/Marker" {
         header: Header,
@@ -93,15 +89,13 @@ message! {
     MarkerArray = "visualization_msgs/msg/MarkerArray" {
         markers: Vec<Marker>,
     }
-}
-message! {
+
     /// A sequence of poses.
     Path = "nav_msgs/msg/Path" {
         header: Header,
         poses: Vec<PoseStamped>,
     }
-}
-message! {
+
     /// An entry of a marker's menu; our markers have none.
     MenuEntry = "visualization_msgs/msg/MenuEntry" {
         id: u32,
@@ -110,8 +104,7 @@ message! {
         command: String,
         command_type: u8,
     }
-}
-message! {
+
     /// A handle of an interactive marker.
     InteractiveMarkerControl = "visualization_msgs/msg/InteractiveMarkerControl" {
         name: String,
@@ -147,16 +140,14 @@ message! {
         menu_entries: Vec<MenuEntry>,
         controls: Vec<InteractiveMarkerControl>,
     }
-}
-message! {
+
     /// A new pose of an interactive marker.
     InteractiveMarkerPose = "visualization_msgs/msg/InteractiveMarkerPose" {
         header: Header,
         pose: Pose,
         name: String,
     }
-}
-message! {
+
     /// The changes of a server's interactive markers.
     InteractiveMarkerUpdate = "visualization_msgs/msg/InteractiveMarkerUpdate" {
         server_id: String,
@@ -209,8 +200,7 @@ message! {
         /// The octet that rosidl puts into empty structures.
         structure_needs_at_least_one_member: u8,
     }
-}
-message! {
+
     /// All interactive markers of a server.
     GetInteractiveMarkersResponse = "visualization_msgs/srv/GetInteractiveMarkers_Response" {
         server_id: String,
@@ -222,5 +212,5 @@ message! {
 service! {
     /// Returns all interactive markers of a server.
     GetInteractiveMarkers = "visualization_msgs/srv/GetInteractiveMarkers"
-        (GetInteractiveMarkersRequest) -> GetInteractiveMarkersResponse
+        (GetInteractiveMarkersRequest) -> GetInteractiveMarkersResponse;
 }

@@ -1,5 +1,4 @@
-//! The nodes of the program. In each cycle a node receives messages, converts them, computes its output, converts the output and
-//! publishes it.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

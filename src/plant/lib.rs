@@ -1,18 +1,4 @@
-//! The simulated robot: a kinematic arm that follows velocities, positions or single-point trajectories.
-//!
-//! ```
-//! use dq_plant::Plant;
-//! use std::time::Duration;
-//! let ms = Duration::from_millis;
-//! let mut arm = Plant::new(vec![0.0, 0.4], ms(100));
-//! arm.step(ms(0));
-//! arm.take_command(&[0.5, 0.0], ms(0))?; // [rad/s]
-//! // The arm stops 100 ms after the last command.
-//! (1..=500).for_each(|now| arm.step(ms(now)));
-//! assert!((arm.positions()[0] - 0.05).abs() < 1e-12);
-//! assert_eq!(arm.velocities(), [0.0, 0.0]);
-//! # Ok::<(), dq_plant::CommandError>(())
-//! ```
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -1,7 +1,6 @@
-//! Analyzes recorded runs. Computes the figures and metrics of the runs in any bag, and replays the runs through the servo cycle.
+#![doc = include_str!("README.md")]
 
 mod announced;
-mod csv;
 mod given_goals;
 mod motion_rows;
 mod plot;
@@ -9,14 +8,15 @@ mod reader;
 mod recorded;
 mod replay;
 mod run;
+mod tables;
 mod thinned;
 
-pub use csv::csv;
 pub use given_goals::GivenGoals;
 pub use plot::plot;
 pub use recorded::{Recorded, recorded, recorded_toward};
 pub use replay::{Replayed, replay, replayable_from};
 pub use run::{ArmCommands, Change, ChangeKind, MotionRow, RecordedRun, Sample};
+pub use tables::csv;
 pub use thinned::Thinned;
 
 use thiserror::Error;

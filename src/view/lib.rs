@@ -1,8 +1,4 @@
-//! The live page: a small web server that shows a servo in a browser and forwards requests of the user.
-//!
-//! The [`Peer`] is an ordinary DDS participant and does not know browsers. The [`Server`] knows browsers and does not use DDS. The
-//! two [`ends`] of a channel connect peer and server. Each new state replaces the previous state and is never queued, so that no
-//! browser can delay other browsers or the robot.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -1,4 +1,4 @@
-//! The wire formats of the servo as data, without DDS: the topic contract, the status, the motions and the record for replay.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

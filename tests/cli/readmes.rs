@@ -40,9 +40,19 @@ fn workspace(members: &[&str]) -> String {
     )
 }
 
+/// Returns the folders of the library crates. The Python package has its example in Python, on the page Python of the guide.
+fn library_crates() -> Vec<String> {
+    let folders = Path::new(ROOT).join("src").read_dir().unwrap().map(|entry| entry.unwrap());
+    let crates = folders.filter(|folder| folder.path().join("Cargo.toml").exists());
+    let names =
+        crates.map(|folder| folder.file_name().into_string().unwrap()).filter(|name| name != "python");
+    names.collect()
+}
+
 #[test]
 fn the_examples_of_each_crate_compile_in_a_project_of_its_readers() {
-    let members = ["algebra", "bags", "check", "contact", "figures", "limits", "metrics", "ros", "search"];
+    let members = library_crates();
+    let members: Vec<_> = members.iter().map(String::as_str).collect();
     let projects = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readmes");
     let write = |path: &str, text: &str| {
         let path = projects.join(path);

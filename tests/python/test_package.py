@@ -581,6 +581,10 @@ class Documents(unittest.TestCase):
                     count += 1
         self.assertGreater(count, 50)
 
+    def test_the_example_of_the_readme_runs(self):
+        page = (ROOT / "src/python/README.md").read_text()
+        exec(page.split("```python\n")[1].split("```")[0], {})
+
     def test_every_block_of_the_page_runs(self):
         page = (ROOT / "src/guide/python.md").read_text()
         blocks = [block.split("```")[0] for block in page.split("```python\n")[1:]]

@@ -4,31 +4,6 @@
 //!
 //! Call [`Servo::cycle`] once per control period with the measured joint positions, and send its output to the arm. The output is `None`
 //! until the arm is first driven: then send nothing.
-//!
-//! A UR5e under logc, ten cycles on its way to a goal, with joints that follow immediately:
-//!
-//! ```
-//! use dq_config::ForArm;
-//! use dq_core::servo::{Measured, Servo, State};
-//! use nalgebra::{Isometry3, Vector3};
-//! use std::f64::consts::PI;
-//! use std::time::Duration;
-//!
-//! let mut servo = Servo::for_arm("ur5e")?;
-//! let mut angles = [0.0, -1.57, 1.57, -1.57, -1.57, 0.0]; // [rad]
-//! let mut speeds = [0.0; 6]; // [rad/s]
-//! servo.set_goal(Isometry3::new(Vector3::new(-0.4, -0.3, 0.4), PI * Vector3::x()));
-//! for cycle in 1..=10 {
-//!     let measured = Measured { positions: &angles, velocities: &speeds };
-//!     if let Some(output) = servo.cycle(cycle * Duration::from_millis(2), &measured)? {
-//!         speeds.copy_from_slice(output); // velocities, as the arm takes by default; positions under the other interfaces
-//!     }
-//!     angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += 0.002 * speed);
-//! }
-//! assert_eq!(servo.status().state, State::Tracking);
-//! assert!(!servo.at_rest());
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 mod close_pair;
 mod consent;

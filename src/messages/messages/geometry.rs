@@ -10,16 +10,14 @@ message! {
         y: f64,
         z: f64,
     }
-}
-message! {
+
     /// A vector in space.
     Vector3 = "geometry_msgs/msg/Vector3" {
         x: f64,
         y: f64,
         z: f64,
     }
-}
-message! {
+
     /// A rotation. The scalar comes last, as in ROS.
     Quaternion = "geometry_msgs/msg/Quaternion" {
         x: f64,
@@ -27,59 +25,51 @@ message! {
         z: f64,
         w: f64,
     }
-}
-message! {
+
     /// A position and an orientation.
     Pose = "geometry_msgs/msg/Pose" {
         /// Position \[m\].
         position: Point,
         orientation: Quaternion,
     }
-}
-message! {
+
     /// A pose, with its time and frame.
     PoseStamped = "geometry_msgs/msg/PoseStamped" {
         header: Header,
         pose: Pose,
     }
-}
-message! {
+
     /// A linear velocity [m/s] and an angular velocity [rad/s]. In a pose error, the two vectors are in \[m\] and \[rad\].
     Twist = "geometry_msgs/msg/Twist" {
         linear: Vector3,
         angular: Vector3,
     }
-}
-message! {
+
     /// A twist, with its time and frame.
     TwistStamped = "geometry_msgs/msg/TwistStamped" {
         header: Header,
         twist: Twist,
     }
-}
-message! {
+
     /// A force \[N\] and a torque \[N m\].
     Wrench = "geometry_msgs/msg/Wrench" {
         force: Vector3,
         torque: Vector3,
     }
-}
-message! {
+
     /// A wrench, with its time and frame.
     WrenchStamped = "geometry_msgs/msg/WrenchStamped" {
         header: Header,
         wrench: Wrench,
     }
-}
-message! {
+
     /// The position and the orientation of a child frame in its parent frame.
     Transform = "geometry_msgs/msg/Transform" {
         /// Translation \[m\].
         translation: Vector3,
         rotation: Quaternion,
     }
-}
-message! {
+
     /// The pose of the frame `child_frame_id` in the frame `header.frame_id`.
     TransformStamped = "geometry_msgs/msg/TransformStamped" {
         header: Header,
@@ -87,8 +77,7 @@ message! {
         child_frame_id: String,
         transform: Transform,
     }
-}
-message! {
+
     /// Transforms, as TF publishes them.
     TFMessage = "tf2_msgs/msg/TFMessage" {
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]

@@ -8,16 +8,14 @@ message! {
     Float64 = "std_msgs/msg/Float64" {
         data: f64,
     }
-}
-message! {
+
     /// One dimension of a multi-array.
     MultiArrayDimension = "std_msgs/msg/MultiArrayDimension" {
         label: String,
         size: u32,
         stride: u32,
     }
-}
-message! {
+
     /// The layout of a multi-array.
     MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
         /// The dimensions, outermost first; empty for a plain list.
@@ -25,23 +23,20 @@ message! {
         dim: Vec<MultiArrayDimension>,
         data_offset: u32,
     }
-}
-message! {
+
     /// A list of numbers, such as the commanded joint velocities [rad/s, prismatic: m/s] in the order of the parameter `joints`.
     Float64MultiArray = "std_msgs/msg/Float64MultiArray" {
         layout: MultiArrayLayout,
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         data: Vec<f64>,
     }
-}
-message! {
+
     /// A list of bytes, such as the record of a servo's cycle.
     UInt8MultiArray = "std_msgs/msg/UInt8MultiArray" {
         layout: MultiArrayLayout,
         data: Vec<u8>,
     }
-}
-message! {
+
     /// The positions, velocities and efforts of the joints in `name`. Each of the other lists is as long as `name`, or empty.
     JointState = "sensor_msgs/msg/JointState" {
         header: Header,
@@ -57,8 +52,7 @@ message! {
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         effort: Vec<f64>,
     }
-}
-message! {
+
     /// The desired state of joints at a time. Each list is as long as the trajectory's list of names, or empty.
     JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
         /// Positions \[rad, prismatic: m\].
@@ -75,8 +69,7 @@ message! {
         effort: Vec<f64>,
         time_from_start: DurationMessage,
     }
-}
-message! {
+
     /// Joint names, and the points that these joints should pass.
     JointTrajectory = "trajectory_msgs/msg/JointTrajectory" {
         header: Header,

@@ -21,8 +21,7 @@ message! {
         /// The line in the source file.
         line: u32,
     }
-}
-message! {
+
     /// UTF-8 text. Received bytes that are not UTF-8 are read as Latin-1, in which every byte is a character.
     StringMessage = "std_msgs/msg/String" {
         #[serde(deserialize_with = "any_text")]
@@ -44,8 +43,7 @@ message! {
         /// The value, which is never cut: a list of numbers must not lose its end.
         value: String,
     }
-}
-message! {
+
     /// The status of one component.
     DiagnosticStatus = "diagnostic_msgs/msg/DiagnosticStatus" {
         /// 0 OK, 1 WARN, 2 ERROR, 3 STALE.
@@ -58,8 +56,7 @@ message! {
         hardware_id: String,
         values: Vec<KeyValue>,
     }
-}
-message! {
+
     /// The statuses of several components at one time.
     DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray" {
         header: Header,

@@ -9,16 +9,14 @@ message! {
         /// The octet that rosidl puts into empty structures.
         structure_needs_at_least_one_member: u8,
     }
-}
-message! {
+
     /// The response of a service: whether the call succeeded.
     SuccessResponse = "std_srvs/srv/Trigger_Response" {
         success: bool,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         message: String,
     }
-}
-message! {
+
     /// The request of `std_srvs/srv/SetBool`.
     SetBoolRequest = "std_srvs/srv/SetBool_Request" {
         data: bool,
@@ -26,9 +24,7 @@ message! {
 }
 service! {
     /// A service without an argument that performs one action.
-    Trigger = "std_srvs/srv/Trigger" (TriggerRequest) -> SuccessResponse
-}
-service! {
+    Trigger = "std_srvs/srv/Trigger" (TriggerRequest) -> SuccessResponse;
     /// A service that switches one thing on or off.
-    SetBool = "std_srvs/srv/SetBool" (SetBoolRequest) -> SuccessResponse
+    SetBool = "std_srvs/srv/SetBool" (SetBoolRequest) -> SuccessResponse;
 }

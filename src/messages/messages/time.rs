@@ -85,8 +85,7 @@ message! {
     ClockMessage = "rosgraph_msgs/msg/Clock" {
         clock: Time,
     }
-}
-message! {
+
     /// A duration.
     DurationMessage = "builtin_interfaces/msg/Duration" {
         sec: i32,

@@ -69,15 +69,15 @@ impl Study {
     /// # Errors
     /// [`CompareError::File`], and the errors of [`read`](Self::read).
     pub fn write_csv(&self, lines: &Path, csv: &Path) -> Result<(), CompareError> {
-        let error = |why| CompareError::file(csv, why);
-        let mut writer = BufWriter::new(File::create(csv).map_err(error)?);
-        let mut written = writeln!(writer, "{}", Record::COLUMNS);
+        let error = |why: csv::Error| CompareError::file(csv, why.into());
+        let mut writer = csv::Writer::from_path(csv).map_err(error)?;
+        let mut written = Ok(());
         self.read(lines, |record| {
             if written.is_ok() {
-                written = writeln!(writer, "{}", record.csv());
+                written = writer.serialize(record);
             }
         })?;
-        written.and_then(|()| writer.flush()).map_err(error)
+        written.and_then(|()| Ok(writer.flush()?)).map_err(error)
     }
 
     /// Checks the complete lines. The first line, the last line, and one line of each cell must equal the results of this program.

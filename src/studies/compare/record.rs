@@ -74,33 +74,6 @@ impl Record {
         }
     }
 
-    /// The names of the columns of [`csv`](Self::csv).
-    pub(super) const COLUMNS: &str =
-        "matched,law,arm,limits,plant,task,gain,outcome,settling_s,path_ratio,overshoot_mm,effort,peak_rad_s";
-
-    /// Returns the run as a row of a CSV file.
-    pub(super) fn csv(&self) -> String {
-        let Self {
-            matched,
-            law,
-            arm,
-            limits,
-            plant,
-            task,
-            gain,
-            outcome,
-            overshoot_mm,
-            effort,
-            peak_rad_s,
-            ..
-        } = self;
-        let [settling, path] = [self.settling_s, self.path_ratio]
-            .map(|value| value.map_or(String::new(), |value| value.to_string()));
-        format!(
-            "{matched},{law},{arm},{limits},{plant},{task},{gain},{outcome},{settling},{path},{overshoot_mm},{effort},{peak_rad_s}"
-        )
-    }
-
     /// Reads the lines of `file`, which other programs have written. Returns an empty list if the file does not exist.
     ///
     /// # Errors

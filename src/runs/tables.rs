@@ -2,7 +2,6 @@
 
 use super::{RecordedRun, Sample};
 use dq_wire::pose_numbers;
-use std::fmt::Write as _;
 
 /// Returns tables of the run, each with its name: the samples, the pose errors, the clearances, and the commands of each arm. The
 /// first line of a table has the names of the columns with their units. An unknown number is empty.
@@ -45,15 +44,12 @@ pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
 
 /// Returns a table with the names of the columns, and then a line for each time \[s\].
 fn table(heads: &[String], rows: impl Iterator<Item = (f64, Vec<f64>)>) -> String {
-    let quoted = heads.iter().map(|head| format!("\"{}\"", head.replace('"', "\"\"")));
-    let mut text = format!("time [s],{}\n", quoted.collect::<Vec<_>>().join(","));
-    for (time, numbers) in rows {
-        text += &time.to_string();
-        for number in numbers {
-            // Writing to a string cannot fail.
-            let _ = if number.is_finite() { write!(text, ",{number}") } else { write!(text, ",") };
-        }
-        text.push('\n');
-    }
-    text
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let known = |number: &f64| Some(*number).filter(|number| number.is_finite());
+    // Writing to memory cannot fail.
+    let _ = writer.write_record(std::iter::once("time [s]").chain(heads.iter().map(String::as_str)));
+    rows.for_each(|(time, numbers)| {
+        let _ = writer.serialize((time, numbers.iter().map(known).collect::<Vec<_>>()));
+    });
+    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
 }
