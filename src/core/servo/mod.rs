@@ -1,11 +1,11 @@
-//! The servo cycle: (state, goal, clock) → command and status. Every safety rule is in this module.
+//! The servo cycle: (joint states, goal, time) → command and status. Every safety rule is in this module.
 //!
 //! This module does no I/O, reads no clock and starts no threads: time is an argument, so that each rule can be tested in fake time.
 //!
 //! Call [`Servo::cycle`] once per control period with the measured joint positions, and send its output to the arm. The output is `None`
 //! until the arm is first driven: then send nothing.
 //!
-//! A UR5e under logc, ten cycles on its way to a goal, with joints that follow immediately:
+//! This example drives a UR5e toward a goal for ten cycles, with the law logc. The joints follow each command immediately:
 //!
 //! ```
 //! use dq_config::ForArm;

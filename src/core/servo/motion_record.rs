@@ -46,7 +46,7 @@ pub struct Motion {
     pub asker: Requester,
     /// The law and the gains.
     pub controller: Controller,
-    /// The tool, in the tool frame of the arm.
+    /// The pose of the controlled tool in the tool frame of the arm.
     pub tool: UnitDualQuaternion,
     /// The controlled pose at the beginning; `None` before the first joint state.
     pub start: Option<UnitDualQuaternion>,

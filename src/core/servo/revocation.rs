@@ -56,7 +56,7 @@ pub enum Revocation {
     Stopped,
     /// A twist moved the arm. This event revokes goals only.
     Jogged,
-    /// The contact was too strong, or its sign is wrong.
+    /// The contact was too strong, or the measured wrench has the wrong sign.
     Contact(ContactFault),
     /// No wrench came for this time \[s\].
     WrenchWasAway(f64),

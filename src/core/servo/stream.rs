@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// The twist is estimated from the poses of this last time \[s\].
+/// The twist is estimated from the poses that are at most this much older than the newest pose \[s\].
 const WINDOW: f64 = 0.12;
 
 /// The least number of poses for an estimate, whatever time they span.
@@ -113,8 +113,8 @@ impl GoalStream {
         (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
     }
 
-    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last counts.
-    /// Returns true if the pose continues the earlier poses, false after a jump or a pause.
+    /// Adds a pose with the time stamp `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last counts. Returns
+    /// true if the pose continues the earlier poses, false after a jump or a pause.
     pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) -> bool {
         let received = nanoseconds(now);
         if self.samples.back().is_some_and(|last| last.received >= received) {

@@ -17,9 +17,9 @@ const DELAYS: f64 = 5.0;
 /// The fraction of the acceleration limit that braking for gaps uses.
 const SHARE: f64 = 0.5;
 
-/// A gap below the clearance must grow at the rate that [`Constraints`] requires, but at most at this fraction of a largest rate:
-/// the rate at which the gap would grow if every joint widened it at its desired speed. Without this rule, joints that move along
-/// the gap would close it, because their paths bend.
+/// A gap below the clearance must grow, because joints that move along the gap would otherwise close it: their paths bend. The
+/// required rate of growth is at most this fraction of the largest possible rate. At the largest possible rate, every joint widens
+/// the gap at its desired speed.
 const LEAVING: f64 = 0.1;
 
 /// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
@@ -54,7 +54,7 @@ pub(super) struct Constraints {
     pub closest: Option<ClosePair>,
     /// The pair that keeps the arm from the desired velocity, if any.
     pub held_by: Option<ClosePair>,
-    /// The first joint (counted from 0) that its position limit stops, if any.
+    /// The first joint (counted from 0) that cannot move on because of its position limit, if any.
     pub held_back: Option<usize>,
 }
 

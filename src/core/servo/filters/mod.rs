@@ -48,7 +48,7 @@ pub(super) struct LawGoal<'a> {
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
-    /// The posture: the positions to which joints move as far as the task leaves them free \[rad, prismatic: m\].
+    /// The posture: the positions to which the joints move as far as the motion of the tool leaves them free \[rad, prismatic: m\].
     pub posture: &'a [f64],
 }
 
@@ -127,7 +127,8 @@ impl Filters {
         self.constraints.held_by.or(self.stoppable.held_by)
     }
 
-    /// Returns the joint (counted from 0) that its position limit stopped in the last cycle in which the arm was driven, if any.
+    /// Returns the joint (counted from 0) that could not move on because of its position limit, if any. This is the result of the last
+    /// cycle in which the arm was driven.
     pub fn held_back(&self) -> Option<usize> {
         self.envelope.held_back.or(self.constraints.held_back)
     }
