@@ -159,8 +159,8 @@ impl Guard {
         self.stopping.as_ref().map(|(_, command)| command.as_slice())
     }
 
-    /// Returns the command that stops the arm. For an arm that takes positions, these are the measured positions, shifted by whole
-    /// turns to be nearest to the last command. The shift is needed because an encoder may not count turns.
+    /// Returns the command that stops the arm. For an arm that takes positions, it consists of the measured positions. Each position
+    /// is shifted by whole turns to be nearest to the last command, because an encoder may not count turns.
     fn stand(&self) -> Vec<f64> {
         match (self.interface, &self.last) {
             (Interface::Velocity, _) | (_, None) => vec![0.0; self.measured.len()],

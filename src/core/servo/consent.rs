@@ -207,8 +207,8 @@ impl MotionRequests {
         request
     }
 
-    /// If `pushes` is full, removes the oldest push that has only one message, because its publisher does not stream. If every push
-    /// has more messages, removes none.
+    /// If `pushes` is full, removes the oldest one with a single message, because its publisher does not stream. Removes none if all
+    /// have several messages.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -235,8 +235,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. If
-    /// `request` is for a goal and replaces a request that is not revoked, it gets the later `pushed` of the two.
+    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. A
+    /// request for a goal that replaces an unrevoked request is stored with the later of their two times `pushed`.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());

@@ -201,10 +201,10 @@ impl Servo {
         let _ = self.resume(Duration::ZERO);
     }
 
-    /// Requests the current goal again, by a request that was sent `ago` earlier, and continues from the measured state.
+    /// Requests the current goal again, and continues from the measured state. This request was sent the time `ago` before now.
     ///
     /// # Errors
-    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted. The servo stays paused.
+    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted. The servo then stays paused.
     pub(super) fn resume(&mut self, ago: Duration) -> Result<(), Rejection> {
         let (now, silence) = (self.clock.now, self.silence());
         let resumed = match ago > self.settings.rearm_timeout {
@@ -277,8 +277,8 @@ impl Servo {
         &self.output.command
     }
 
-    /// Returns the output for the robot after this cycle, one number per joint, or `None` if nothing is to be sent. These are
-    /// velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
+    /// Returns the output for the robot after this cycle, or `None` if nothing is to be sent. The output has one number per joint:
+    /// its velocity [rad/s, prismatic: m/s] or position \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
     ///
     /// The output is `None` until the arm is first driven. Before that, even a command of zeros could move the arm, if its
     /// controller takes them for positions. For an arm that takes positions, the output is also `None` from the time at which

@@ -107,7 +107,7 @@ impl Default for Explanation {
 }
 
 impl Explanation {
-    /// Clears the goals.
+    /// Clears the goals, and the conclusions from them. Keeps the tool's poses.
     pub fn restart(&mut self) {
         self.goals.clear();
         (self.by_itself, self.carries_since) = ([false; 2], None);

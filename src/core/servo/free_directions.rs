@@ -8,8 +8,8 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 /// An arm counts as following a twist if it can follow at least this fraction of the twist.
 const FOLLOWED: f64 = 0.5;
 
-/// An arm counts as able to move along an axis if the axis lies in the space of the arm's possible motions, up to this fraction of
-/// its squared length.
+/// An arm counts as able to move along an axis if at most this fraction of the axis's squared length lies outside the space of the
+/// arm's possible motions.
 const MISSING: f64 = 1e-3;
 
 /// An arm counts as unable to move its tool along a left singular vector of the Jacobian if the singular value is below this [m/rad,
@@ -20,7 +20,7 @@ const SMALLEST: f64 = 0.02;
 /// on its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeDirections {
-    /// Rotations about x, y and z, then motions along x, y and z.
+    /// Whether the arm can turn the tool about x, y and z, then whether it can move the tool along x, y and z.
     each: [bool; 6],
     /// Whether the axes are the tool's. Otherwise they are the base's.
     in_tool: bool,

@@ -136,7 +136,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Returns the question to a search for joint positions that reach `goal` from the positions `from` \[rad, prismatic: m\].
+    /// Returns the question for a search: which joint positions reach `goal`? The arm is at the positions `from` \[rad, prismatic:
+    /// m\].
     pub fn question<'a>(&'a self, goal: &'a UnitDualQuaternion, from: &'a [f64]) -> Question<'a> {
         let (aim, tolerance, tool_offset) = (self.controller.aim, self.goal_tolerance, &self.tool_offset);
         Question { goal, aim, tolerance, tool_offset, from, limits: &self.limits }

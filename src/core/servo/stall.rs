@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The reason why a motion has stalled. Joints are counted from 1, arm after arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stall {
-    /// The goal is farther away than the links are long.
+    /// The goal is beyond the arm's reach.
     BeyondReach(Reach),
     /// No small motion of the joints moves the arm nearer to the goal.
     Unreachable,

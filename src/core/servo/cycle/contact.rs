@@ -130,7 +130,7 @@ impl Servo {
         Some(MovingGoal { pose: pose * *x, twist: x.inverse().adjoint() * twist + v })
     }
 
-    /// Returns what the status reports of the contact; `None` if goals do not yield.
+    /// Returns the state of the contact for the status; `None` if goals do not yield.
     pub(super) fn contact_status(&self) -> Option<ContactStatus> {
         let compliance = self.settings.contact.as_ref()?;
         let delay = self.contact_delay();

@@ -111,9 +111,9 @@ impl Output {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Sets whether the servo sends nothing. It must send nothing if it is `blind`: if the arm's motion during missed cycles is
-    /// unknown. Without commands, the arm stops after its own timeout. The joints stand still under the command `hold` [rad/s,
-    /// prismatic: m/s].
+    /// Makes the servo send nothing while it is `blind`: while the arm's motion during missed cycles is unknown. Without commands,
+    /// the arm stops after its own timeout. The last command then becomes `hold` [rad/s, prismatic: m/s], under which the joints
+    /// stand still.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {

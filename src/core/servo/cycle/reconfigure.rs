@@ -129,8 +129,8 @@ impl Servo {
     }
 
     /// Returns the position limit or the singularity that slows the law down. Returns `None` if there is neither. Also returns `None`
-    /// if no search for another configuration would follow: unless `reconfigure` is `Always`, after an earlier search of the motion,
-    /// for a joint goal, and for a goal beyond reach.
+    /// if a stall would not lead to another configuration: if `reconfigure` is not `Always`, after an earlier search of the motion,
+    /// for a joint goal, or for a goal beyond reach.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;

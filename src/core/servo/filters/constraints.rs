@@ -38,9 +38,11 @@ const MOST_GAPS: usize = 200;
 ///
 /// Let `θ̇_w` be the desired velocity. If the desired motion is a motion of the tool, the nearest velocity is the one with the
 /// nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`, with the Jacobian `J` and the weight μ = [`JOINT_WEIGHT`]. Otherwise
-/// it is the one with the nearest joint motion. A standing arm satisfies the constraint of every gap above the clearance. So there
-/// is a solution if all gaps are above the clearance.
-/// Constraints that make gaps grow are dropped if they contradict each other. If rounding leaves no solution, the velocity is zero.
+/// it is the one with the nearest joint motion.
+///
+/// If all gaps are above the clearance, there is always a solution, because a standing arm satisfies the constraint of every such
+/// gap. A gap below the clearance must grow. If such constraints contradict each other, they are dropped. If rounding leaves no
+/// solution, the velocity is zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
     near: Vec<Near>,

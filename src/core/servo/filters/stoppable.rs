@@ -59,9 +59,9 @@ struct StoppingPath {
 /// The travel of one joint from the beginning of a stop to one of its cycles.
 #[derive(Clone, Copy)]
 struct Travel {
-    /// The displacement \[rad, prismatic: m\].
+    /// The displacement since the beginning of the stop \[rad, prismatic: m\].
     gone: f64,
-    /// The length of the path, including parts back and forth \[rad, prismatic: m\].
+    /// The length of the path, in which motions in both directions add up \[rad, prismatic: m\].
     length: f64,
     /// The least speed so far [rad/s, prismatic: m/s].
     slowest: f64,
@@ -108,7 +108,7 @@ impl StoppingPath {
         self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
-    /// Returns the length of each joint's path during `cycles`, including parts back and forth \[rad, prismatic: m\].
+    /// Returns the length of each joint's path during `cycles` \[rad, prismatic: m\]. Motions in both directions add up.
     fn lengths(&self, cycles: &Range<usize>) -> impl Iterator<Item = f64> + Clone {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
@@ -138,9 +138,9 @@ impl StoppingPath {
 struct Open {
     /// The index of the pair in `near`.
     number: usize,
-    /// A lower bound of the pair's gap at the beginning of the part \[m\].
+    /// A lower bound of the pair's gap at the beginning of this part of the path \[m\].
     here: f64,
-    /// A lower bound of the pair's gap at the end of the part \[m\].
+    /// A lower bound of the pair's gap at the end of this part of the path \[m\].
     there: f64,
 }
 
