@@ -141,7 +141,7 @@ pub(super) struct Push {
     request: MotionRequest,
     /// When the first message of the push arrived.
     came: Duration,
-    /// Whether at least one of these messages is valid. A publisher of invalid messages alone is not a rival of others.
+    /// Whether at least one message of the push is valid. A publisher that sends only invalid messages is not a rival of others.
     is_usable: bool,
 }
 

@@ -201,7 +201,7 @@ impl Servo {
         let _ = self.resume(Duration::ZERO);
     }
 
-    /// Requests the current goal again, and continues from the measured state. This request was sent the time `ago` before now.
+    /// Requests the current goal again, and continues from the measured state. `ago` is the age of this request on arrival.
     ///
     /// # Errors
     /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted. The servo then stays paused.

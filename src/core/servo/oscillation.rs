@@ -25,7 +25,7 @@ const ERROR_REVERSALS: u32 = 3;
 const FEW: u32 = 2;
 
 /// The change of a joint's speed from its last extreme that counts as a reversal [rad/s, prismatic: m/s]. Reversals by `SWING` are an
-/// oscillation only if the error does not shrink. Reversals by `LARGE_SWING` are one even if the error shrinks.
+/// oscillation only if the error does not shrink. Reversals by `LARGE_SWING` are an oscillation even if the error shrinks.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 

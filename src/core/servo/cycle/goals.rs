@@ -99,7 +99,7 @@ impl Servo {
         false
     }
 
-    /// Returns the goal if the arm may move to it. The goal is part of `request`, and was sent the time `ago` before it arrived.
+    /// Returns the goal if the arm may move to it. The goal is part of `request`; `ago` is its age on arrival.
     pub(super) fn acceptable(
         &self,
         goal: Goal,

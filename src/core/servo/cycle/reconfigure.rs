@@ -56,7 +56,7 @@ impl Servo {
         }
     }
 
-    /// Starts the reconfiguration that the search has found for the stalled goal. The request was sent `ago` earlier.
+    /// Starts the reconfiguration that the search has found for the stalled goal. `ago` is the age of the request on arrival.
     ///
     /// # Errors
     /// [`Rejection::NoWayRound`], or [`Rejection::Late`] if the request was sent before the search found the configuration. The

@@ -5,7 +5,7 @@ use crate::servo::{Arms, ClosePair};
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
-/// The arm closes no gap to less than this width \[m\].
+/// The smallest width to which the arm may close a gap \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
 /// A gap approaches the clearance with a time constant of at least this many cycles.
@@ -50,7 +50,8 @@ pub(super) struct Constraints {
     weights: Vec<f64>,
     wanted: Vec<f64>,
     slope: Vec<f64>,
-    /// For each gap constraint, the index of its pair in `near`. The gap constraints follow the constraints of the joints.
+    /// For each gap constraint, the index of its pair in `near`. In `program`, the gap constraints come after the constraints of the
+    /// joints.
     owners: Vec<usize>,
     /// The closest pair of parts among the pairs that were checked; `None` if no two parts were near each other.
     pub closest: Option<ClosePair>,

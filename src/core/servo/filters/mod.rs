@@ -1,7 +1,8 @@
-//! From the desired velocity to the command, in these steps: the demand of the law, its acceleration, the gentle speed of joints
-//! that have not yet responded, the constraints of the scene, the envelope, and the check that the arm can be stopped.
+//! The filters that turn the desired velocity into the command. They add the escape, the feed-forward and the posture to a law's
+//! velocity, and limit its acceleration. They move gently until each joint has responded. They keep the arm clear of its scene, and
+//! the command within the envelope. Finally, they check that the arm can be stopped.
 //!
-//! The desired velocity comes from a law, from a twist, or from a straight line to another configuration.
+//! The desired velocity comes from a law, from a twist, or from a straight line in joint space.
 
 mod constraints;
 mod demand;
