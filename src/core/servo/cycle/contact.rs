@@ -106,7 +106,7 @@ impl Servo {
         self.contact.yield_to_wrench(compliance, tool, &turn, times);
     }
 
-    /// Returns the time from a wrench to the motion of the tool that answers it \[s\].
+    /// Returns the time after which the tool responds to a wrench \[s\].
     fn contact_delay(&self) -> f64 {
         self.robot.link.delay() + self.clock.period
     }

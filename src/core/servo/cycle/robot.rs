@@ -81,7 +81,7 @@ impl Servo {
     }
 
     /// Processes the inputs since the last cycle. If an arm has appeared, or after missed cycles, the command begins at the arm's
-    /// measured speed.
+    /// measured speed, or at zero if the arm takes positions.
     pub(super) fn process_robot_inputs(&mut self, now: Duration) {
         let settings = LinkSettings {
             limits: &self.settings.limits,
