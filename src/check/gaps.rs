@@ -5,8 +5,8 @@ use dq_limits::Violation;
 use dq_space::space::{Placed, Scene};
 use std::sync::Arc;
 
-/// How much deeper two parts that overlap already may move into each other \[m\]. The servo keeps their overlap from growing, but
-/// it predicts the distance of the next cycle only approximately.
+/// How far the overlap of two parts may exceed their smallest overlap so far \[m\]. The servo keeps an overlap from growing, but it
+/// predicts the distance of the next cycle only approximately.
 const CLOSED_TOLERANCE: f64 = 1e-3;
 
 /// Checks the distances between an arm and its scene, and finds collisions. A gap is the signed distance between two parts of the
@@ -15,8 +15,8 @@ const CLOSED_TOLERANCE: f64 = 1e-3;
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// For each pair of parts, the largest gap so far \[m\], or 0 if that is less. It is negative if the pair has always
-    /// overlapped. `None` before the first check.
+    /// For each pair of parts, the largest gap so far \[m\], but at most 0. It is negative if the pair has always overlapped. `None`
+    /// before the first check.
     closed: Option<Vec<f64>>,
 }
 

@@ -6,14 +6,14 @@ use dq_limits::Interface;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// How long the guard sends its stop command. A single message is enough if it arrives. Afterwards, the guard must not disturb the
-/// next sender of commands.
+/// How long the guard repeats its stop command, because a single message may get lost. After that time, the guard is silent, so
+/// that it does not disturb the next sender of commands.
 const STOPPING: Duration = Duration::from_secs(1);
 
 /// A servo may be silent for this many of its control periods, even if that is longer than the guard's timeout.
 pub const PERIODS: u32 = 3;
 
-/// A longer interval between two commands does not count as the control period of a servo.
+/// The longest control period that the guard expects of a servo. A longer interval between two commands is a pause.
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
 /// The guard may have missed commands if the time between two joint states, or between two of its own steps, exceeds this fraction
@@ -34,16 +34,16 @@ named! {
 
 /// The guard of one arm. It reads no clock: time is an argument.
 ///
-/// The guard concludes that the commands have ended only if it would have received them. That is the case if it has received joint
-/// states without a gap for the whole timeout.
+/// If no commands arrive, the guard's own connection may be at fault. So the guard concludes that the commands have ended only if
+/// joint states have arrived without a gap for the whole timeout.
 #[derive(Clone, Debug)]
 pub struct Guard {
     interface: Interface,
     timeout: Duration,
     /// The last command; `None` before the first command.
     last: Option<Vec<f64>>,
-    /// The last two intervals between commands; 0 for an interval above [`LONGEST_PERIOD`]. The commands of a slow servo may be
-    /// farther apart than the timeout.
+    /// The last two intervals between commands; 0 for an interval above [`LONGEST_PERIOD`]. They show the servo's control period,
+    /// which may be longer than the timeout.
     intervals: [Duration; 2],
     /// When the last command arrived.
     heard: Option<Duration>,
@@ -53,7 +53,7 @@ pub struct Guard {
     measured: Vec<f64>,
     /// When the last measured positions arrived.
     measured_at: Option<Duration>,
-    /// The time since which the guard has received no command, but joint states without a gap.
+    /// The time since which joint states have arrived without a gap, and no command has arrived.
     silent_since: Duration,
     /// The time of the guard's last step.
     looked: Duration,
@@ -87,9 +87,9 @@ impl Guard {
         self.timeout = timeout;
     }
 
-    /// Takes a command that any sender except a guard sent to the arm: velocities [rad/s, prismatic: m/s] or positions \[rad,
-    /// prismatic: m\]. It arrived at `now`. From then on, its sender is responsible for the arm. Ignores a command with another
-    /// number of joints, because it is for another arm, and a command that is not finite.
+    /// Takes a command to the arm that arrived at `now`: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]. Call
+    /// this for the commands of every sender except guards. A command ends the guard's stop, because its sender is now responsible
+    /// for the arm. Ignores a command that is not finite, or that has another number of joints and so is for another arm.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
         if !self.is_of_arm(command) {
             return;
@@ -159,8 +159,8 @@ impl Guard {
         self.stopping.as_ref().map(|(_, command)| command.as_slice())
     }
 
-    /// Returns the command that stops the arm. For an arm that takes positions, these are the measured positions, shifted by whole
-    /// turns to be nearest to the last command. The shift is needed because an encoder may not count turns.
+    /// Returns the command that stops the arm. For an arm that takes positions, it consists of the measured positions. Each position
+    /// is shifted by whole turns to be nearest to the last command, because an encoder may not count turns.
     fn stand(&self) -> Vec<f64> {
         match (self.interface, &self.last) {
             (Interface::Velocity, _) | (_, None) => vec![0.0; self.measured.len()],
@@ -182,7 +182,7 @@ impl Guard {
         self.moves
     }
 
-    /// Returns how often the guard has stopped the arm.
+    /// Returns the number of times that the guard has stopped the arm.
     pub fn stops(&self) -> u64 {
         self.stops
     }

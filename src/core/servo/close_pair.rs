@@ -18,7 +18,7 @@ pub struct ClosePair {
 }
 
 impl ClosePair {
-    /// Names the two parts of `near` as `scene` does, and copies their gap.
+    /// Creates the pair from `near`, whose parts belong to `scene`.
     pub(super) fn of(scene: &Scene, near: &Near) -> Self {
         let gap = &near.gap;
         Self { pair: scene.pair(near.pair), distance: gap.distance, points: [gap.point, gap.other] }

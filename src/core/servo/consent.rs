@@ -19,8 +19,8 @@ use std::time::Duration;
 /// sends once a second.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers whose pushes the servo stores. While this many publishers stream, a message of a further publisher
-/// counts as older than every revocation.
+/// Largest number of publishers whose requests the servo stores. While this many publishers stream, a message of a further
+/// publisher counts as older than every revocation.
 pub(super) const MOST: usize = 16;
 
 /// The sender of a request for motion.
@@ -46,9 +46,10 @@ impl Requester {
 pub struct MotionRequest {
     /// The sender of the request.
     pub by: Requester,
-    /// When the first message of the push was sent.
+    /// When the first message of the request was sent. Later messages of the same publisher belong to the same request, until the
+    /// publisher falls silent.
     pub pushed: Duration,
-    /// When the last message of the push arrived.
+    /// When the last message of the request arrived.
     pub heard: Duration,
     /// The event that has revoked the request, if any.
     pub revoked: Option<Revocation>,
@@ -57,7 +58,7 @@ pub struct MotionRequest {
 /// The latest revocation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Revoked {
-    /// Every push that began at or before this time is revoked.
+    /// Every request whose first message was sent at or before this time is revoked.
     pub until: Duration,
     /// When the revoking event happened.
     pub at: Duration,
@@ -66,8 +67,8 @@ pub struct Revoked {
 }
 
 impl Revoked {
-    /// Returns the reason of this revocation for a request that was pushed at `pushed`. Only [`Revocation::CameLater`] depends on
-    /// that time.
+    /// Returns the reason of this revocation for a request whose first message was sent at `pushed`. Only [`Revocation::CameLater`]
+    /// depends on that time.
     fn why_of(&self, pushed: Duration) -> Revocation {
         match self.why {
             Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
@@ -75,7 +76,7 @@ impl Revoked {
         }
     }
 
-    /// Revokes `request` if it was pushed at or before `until`. A request that is already revoked keeps its reason.
+    /// Revokes `request` if its first message was sent at or before `until`. A request that is already revoked keeps its reason.
     fn apply(&self, request: &mut MotionRequest) {
         if request.pushed <= self.until {
             request.revoked.get_or_insert(self.why_of(request.pushed));
@@ -134,12 +135,13 @@ impl Consent {
     }
 }
 
-/// The push of one publisher, and when the first message of the push arrived.
+/// A push: the messages of one publisher without a silence between them. Together they are one request.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Push {
     request: MotionRequest,
+    /// When the first message of the push arrived.
     came: Duration,
-    /// Whether at least one message of the push requests a possible motion.
+    /// Whether at least one message of the push is valid. A publisher that sends only invalid messages is not a rival of others.
     is_usable: bool,
 }
 
@@ -149,7 +151,7 @@ impl Push {
         now.saturating_sub(self.request.heard) <= silence
     }
 
-    /// Returns whether the push belongs to a stream of goals that still continues at `now`.
+    /// Returns whether the publisher sends a stream of goals that still continues at `now`.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
         let is_stream = self.request.by.is_for_goal() && self.is_usable && self.came != self.request.heard;
         is_stream && self.goes_on(now, silence)
@@ -161,7 +163,7 @@ impl Push {
 pub(super) struct MotionRequests {
     consent: Consent,
     pub(super) pushes: Vec<Push>,
-    /// The revocation by the twist that last moved the arm; `None` if no twist has. It revokes every goal that was pushed until
+    /// The revocation by the last twist that moved the arm; `None` if no twist has. It revokes every goal whose stream began before
     /// that twist.
     jogged: Option<Revoked>,
 }
@@ -179,7 +181,7 @@ impl MotionRequests {
     }
 
     /// Notes a message of `by` that arrived at `came` and was sent `ago` earlier. Returns the request to which the message belongs.
-    /// A publisher that was silent for longer than `silence` begins a new push. Unusable messages end a silence, too. For a goal
+    /// A publisher that was silent for longer than `silence` begins a new request. Unusable messages end a silence, too. For a goal
     /// that waits for its frame, call this on arrival, and again with the same times when the frame is found.
     pub fn hear(
         &mut self,
@@ -205,8 +207,8 @@ impl MotionRequests {
         request
     }
 
-    /// If `pushes` is full, removes the oldest push that has only one message, because its publisher does not stream. If every push
-    /// has more messages, removes none.
+    /// If `pushes` is full, removes the oldest one with a single message, because its publisher does not stream. Removes none if all
+    /// have several messages.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -215,8 +217,8 @@ impl MotionRequests {
         }
     }
 
-    /// Returns the event that revoked a push before the push arrived; `None` if no event did. The push was sent at `pushed`. A push
-    /// that was sent at exactly the time of a revocation is not revoked, except by a twist.
+    /// Returns the event that has already revoked a new request by `by`, whose first message was sent at `pushed`. Returns `None` if
+    /// no event has. A request that was sent exactly at the time of a revocation is not revoked, except by a twist.
     fn revoked_before(&self, by: Requester, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
@@ -227,13 +229,14 @@ impl MotionRequests {
         self.pushes.retain(|push| push.request.by != by);
     }
 
-    /// Returns whether the publisher's push continues, without a silence longer than `silence` until `now`.
+    /// Returns whether the publisher `by` still requests motion at `now`: it has not been silent for longer than `silence`, and its
+    /// request has not been [released](Self::release).
     pub fn is_pushed(&self, by: Requester, now: Duration, silence: Duration) -> bool {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current request. Returns whether it begins a new push. If `request` is for a goal and replaces a request
-    /// that is not revoked, `request` gets the later of the two push times.
+    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. A
+    /// request for a goal that replaces an unrevoked request is stored with the later of their two times `pushed`.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());
@@ -242,8 +245,8 @@ impl MotionRequests {
         before.is_none_or(|before| (before.by, before.pushed) != (request.by, pushed))
     }
 
-    /// Returns two rivals, or `None` if there are none. Rivals are two publishers, both of goals or both of twists, that push at
-    /// the same time: the first publisher was heard again after the second publisher began.
+    /// Returns two rivals, or `None` if there are none. Rivals are two publishers, both of goals or both of twists, that request motion
+    /// at the same time: a message of one publisher has arrived after the first message of the other.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
             let is_valid = matches!(push.request.revoked, None | Some(Revocation::Rivals(_)));
@@ -265,7 +268,7 @@ impl MotionRequests {
         })
     }
 
-    /// Notes a revocation at `now`. It revokes every push that began at or before `until`.
+    /// Notes a revocation at `now`. It revokes every request whose first message was sent at or before `until`.
     pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
         let revoked = Revoked { until, at: now, why };
         self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.request));
@@ -275,7 +278,7 @@ impl MotionRequests {
         }
     }
 
-    /// Notes that a twist moves the arm at `now`. The twist revokes every goal that was pushed until then.
+    /// Notes that a twist moves the arm at `now`. The twist revokes every goal whose stream began before then.
     pub fn jog(&mut self, now: Duration) {
         let jogged = Revoked { until: now, at: now, why: Revocation::Jogged };
         let goals =

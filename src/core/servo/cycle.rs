@@ -39,8 +39,8 @@ use std::time::Duration;
 /// A servo: takes joint states, goals and settings, and computes one command per cycle.
 ///
 /// Call [`cycle`](Self::cycle) once per control period with the measured joint positions. If there are more inputs, call
-/// [`cycle_with`](Self::cycle_with), or take each input individually and then call [`step`](Self::step). Send the output that
-/// [`output`](Self::output) returns to the robot; if it is `None`, send nothing.
+/// [`cycle_with`](Self::cycle_with), or take each input individually and then call [`step`](Self::step). After the cycle, send
+/// [`output`](Self::output) to the robot; if it is `None`, send nothing.
 pub struct Servo {
     robot: Robot,
     frames: Frames,
@@ -82,7 +82,7 @@ struct Robot {
 /// The frames of goals and twists.
 struct Frames {
     goal: String,
-    /// The tool's own frame, in which twists may be given as well; empty if it has no name.
+    /// The name of the tool's own frame. Twists may also be given in this frame. Empty if the frame has no name.
     tool: String,
 }
 
@@ -145,9 +145,9 @@ impl Servo {
         })
     }
 
-    /// Applies `settings` from the next cycle on. A change ends a stall, unless the previous change was less than
-    /// `progress_timeout` ago: so constant changes do not restart a stalled motion. Another tool or another aim revokes consent,
-    /// because nobody has requested a motion with the new tool or aim.
+    /// Applies `settings` from the next cycle on. A change ends a stall if the previous change was longer than `progress_timeout`
+    /// ago. So changes in quick succession do not restart a stalled motion again and again. Another tool or another aim revokes
+    /// consent, because nobody has requested a motion with the new tool or aim.
     ///
     /// # Errors
     /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if their `interface` differs. The present settings
@@ -201,10 +201,10 @@ impl Servo {
         let _ = self.resume(Duration::ZERO);
     }
 
-    /// Requests the current goal again, by a request that was sent `ago` earlier, and continues from the measured state.
+    /// Requests the current goal again, and continues from the measured state. `ago` is the age of this request on arrival.
     ///
     /// # Errors
-    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted. The servo stays paused.
+    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted. The servo then stays paused.
     pub(super) fn resume(&mut self, ago: Duration) -> Result<(), Rejection> {
         let (now, silence) = (self.clock.now, self.silence());
         let resumed = match ago > self.settings.rearm_timeout {
@@ -224,8 +224,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Decelerates to rest and drops the goal. The servo does not obey a publisher that continues to send goals or twists, until
-    /// that publisher has been silent for a while. A paused servo stays paused.
+    /// Decelerates to rest and drops the goal. A publisher that merely continues to send goals or twists cannot move the arm again:
+    /// it must first be silent for [`STREAM`], or for `rearm_timeout` if that is longer. A paused servo stays paused.
     pub fn stop(&mut self) {
         self.requests.stop(self.clock.now);
         self.drop_goal(Revocation::Stopped);
@@ -266,8 +266,8 @@ impl Servo {
         self.clock.now
     }
 
-    /// Returns whether the last command moves no joint. At a joint that is held against a payload or gravity, this command is not
-    /// zero.
+    /// Returns whether the last command moves no joint. The command of such a joint is not always zero: it may keep the joint still
+    /// against a payload or gravity.
     pub fn at_rest(&self) -> bool {
         self.output.at_rest()
     }
@@ -277,12 +277,12 @@ impl Servo {
         &self.output.command
     }
 
-    /// Returns the output for the robot after this cycle, one number per joint, or `None` if nothing is to be sent. These are
-    /// velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
+    /// Returns the output for the robot after this cycle, or `None` if nothing is to be sent. The output has one number per joint:
+    /// its velocity [rad/s, prismatic: m/s] or position \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
     ///
-    /// It is `None` until the arm is first driven, because a controller of another kind might move the arm even on a zero command.
-    /// For an arm that takes positions, it is also `None` after something else has moved the arm, until the servo drives the arm
-    /// again.
+    /// The output is `None` until the arm is first driven. Before that, even a command of zeros could move the arm, if its
+    /// controller takes them for positions. For an arm that takes positions, the output is also `None` from the time at which
+    /// something else moves the arm, until the servo drives the arm again.
     pub fn output(&self) -> Option<&[f64]> {
         self.output.to_send()
     }

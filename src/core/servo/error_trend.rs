@@ -36,8 +36,8 @@ impl ErrorTrend {
     }
 
     /// Predicts the error at which the arm comes to rest: the present error plus its change during the last `time` \[s\]. `log` is
-    /// the screw log of the error at `now`. If `time` is the time constant of an error that decays to 0, the prediction has the
-    /// opposite sign of the present error, and is smaller.
+    /// the screw log of the error at `now`. If the error decays to 0 with the time constant `time`, the prediction is smaller than the
+    /// present error, and has the opposite sign. So it is within the tolerances if the present error is.
     pub fn leads_to(&self, now: Duration, log: &Vector6<f64>, time: f64) -> UnitDualQuaternion {
         let now = now.as_secs_f64();
         let kept = (self.count.saturating_sub(KEPT)..self.count).map(|number| &self.errors[number % KEPT]);

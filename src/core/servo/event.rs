@@ -46,7 +46,7 @@ pub enum Event<'a> {
     Rival(usize, bool),
     /// Calls [`Servo::set_speed_scaling`] for the arm with this number.
     SpeedScaling(usize, f64),
-    /// A goal has arrived, and waits for its frame. The publisher counts as heard while its goal [waits](GoalReading::waited).
+    /// A goal has arrived, and [waits](GoalReading::waited) for its frame. Meanwhile its publisher does not count as silent.
     Waits(Sent),
     /// Calls [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),
@@ -86,8 +86,8 @@ pub struct GoalReading<'a> {
 /// A joint goal as received.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointGoalReading<'a> {
-    /// The position of each joint, arm after arm \[rad, prismatic: m\]. A joint that has `None` keeps its joint goal or, without
-    /// one, its position.
+    /// The position of each joint, arm after arm \[rad, prismatic: m\]. A joint that has `None` keeps its position of the current joint
+    /// goal or, if there is no joint goal, its measured position.
     pub positions: &'a [Option<f64>],
     /// The time stamp of the message \[ns\]; 0 if there is none.
     pub stamp: i64,

@@ -47,8 +47,8 @@ const MOST_POSES: usize = 214;
 /// spread is reached after 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal counts as moving independently if the tool's motion leaves too much of the goal's motion unexplained. Too much is more
-/// than the root of the sum of two squares: this fraction of the motion's spread, and [`NOISE`] times the goal's noise.
+/// A goal counts as moving independently if the tool's motion leaves more than `√((BY_ITSELF s)² + (NOISE n)²)` of the goal's motion
+/// unexplained. Here `s` is the spread of the goal's motion, and `n` the goal's noise.
 const BY_ITSELF: f64 = 0.05;
 /// See [`BY_ITSELF`]: the factor of the goal's noise.
 const NOISE: f64 = 3.0;
@@ -107,7 +107,7 @@ impl Default for Explanation {
 }
 
 impl Explanation {
-    /// Clears the goals.
+    /// Clears the goals, and the conclusions from them. Keeps the tool's poses.
     pub fn restart(&mut self) {
         self.goals.clear();
         (self.by_itself, self.carries_since) = ([false; 2], None);

@@ -8,17 +8,19 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 /// An arm counts as following a twist if it can follow at least this fraction of the twist.
 const FOLLOWED: f64 = 0.5;
 
-/// An arm counts as able to move along an axis if at most this fraction of the axis is outside of the arm's possible motions.
+/// An arm counts as able to move along an axis if at most this fraction of the axis's squared length lies outside the space of the
+/// arm's possible motions.
 const MISSING: f64 = 1e-3;
 
-/// The arm cannot move its tool along a left singular vector whose singular value is below this [m/rad, prismatic: 1].
+/// An arm counts as unable to move its tool along a left singular vector of the Jacobian if the singular value is below this [m/rad,
+/// prismatic: 1].
 const SMALLEST: f64 = 0.02;
 
 /// The axes along which an arm can move its tool, and the axes about which it can turn the tool. Each of these motions is possible
 /// on its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeDirections {
-    /// Rotations about x, y and z, then motions along x, y and z.
+    /// Whether the arm can turn the tool about x, y and z, then whether it can move the tool along x, y and z.
     each: [bool; 6],
     /// Whether the axes are the tool's. Otherwise they are the base's.
     in_tool: bool,

@@ -36,7 +36,7 @@ pub enum JointGoalError {
         /// The largest position \[rad, prismatic: m\].
         upper: f64,
     },
-    /// The goal lacks this joint, and there is no joint state that has its present position.
+    /// The goal has no position for the joint with this number (counted from 1), and there is no joint state yet to take it from.
     #[error("the goal lacks joint {0}, whose position is unknown: there is no joint state yet")]
     NoState(usize),
 }

@@ -1,4 +1,4 @@
-//! The servo cycle: (state, goal, clock) → command and status. Every safety rule is in this module.
+//! The servo cycle: (joint states, goal, time) → command and status. Every safety rule is in this module.
 //!
 //! This module does no I/O, reads no clock and starts no threads: time is an argument, so that each rule can be tested in fake time.
 //!

@@ -69,8 +69,8 @@ pub(super) struct Pursuit {
     pub received: Duration,
     /// When the goal's last message arrived.
     heard: Duration,
-    /// The goal with which the motion began or, if a stream has moved the goal since, the goal of the last such move. A goal that
-    /// equals this goal within the tolerances does not count as a move.
+    /// The goal as of its last move by the stream; before the first move, the goal with which the motion began. The next goal of the
+    /// stream counts as a move only if it differs from this goal by more than the tolerances.
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
@@ -81,7 +81,8 @@ pub(super) struct Pursuit {
     /// The sign of the goal's quaternion. The servo chooses the sign by the arm's pose when it first tracks the goal; `None` before
     /// that.
     pub sign: Option<SignMemory>,
-    /// The number of the settings, and whether the goal is beyond reach with these settings; `None` until this is determined.
+    /// The count of [configurations](super::Servo::configurations) when the servo last determined whether the goal is beyond reach,
+    /// and the result. `None` until the servo has determined it.
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,
@@ -165,7 +166,8 @@ impl Watch {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
-    /// Returns whether `goal`, the next goal of a stream, is so near to the last goal that the monitoring continues.
+    /// Returns whether `goal`, the next goal of a stream, is so near to the goal for which the monitoring began that the monitoring
+    /// continues.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
             linear: tolerance.linear.max(LEAST_MOTION * self.error.position),
@@ -212,7 +214,7 @@ impl Pursuit {
         }
     }
 
-    /// Returns whether a goal received from `asker` at `now` belongs to the same stream, and so continues this motion.
+    /// Returns whether a goal received from `asker` at `now` belongs to the stream of this motion, and so continues the motion.
     pub fn streams(&self, asker: Requester, now: Duration) -> bool {
         self.asker == asker && now.saturating_sub(self.heard) <= STREAM
     }
@@ -227,8 +229,8 @@ impl Pursuit {
     }
 
     /// Takes over state from the previous motion. Always takes over the posture, so that the arm does not drift from goal to goal.
-    /// Unless the previous motion has ended, also keeps the quaternion sign and the monitoring of oscillations. If the goal is the
-    /// same within `tolerance`, also keeps the monitoring of progress.
+    /// If the previous motion has not ended, also takes over the quaternion sign and the monitoring of oscillations. In that case, if
+    /// the goal is the same within `tolerance`, takes over the monitoring of progress, too.
     pub fn take_over(&mut self, before: &mut Self, tolerance: &Tolerance) {
         std::mem::swap(&mut self.posture, &mut before.posture);
         if before.record.is_over() {

@@ -13,7 +13,7 @@ pub enum Outcome {
     /// The motion is under way.
     #[default]
     Underway,
-    /// The arm has settled at the goal, and for [`STREAM`](super::STREAM) no stream has moved the goal.
+    /// The arm has settled at the goal, and no stream has moved the goal for [`STREAM`](super::STREAM).
     Arrived,
     /// The motion has stalled. It continues when the stall ends, for example after a change of the settings.
     Stalled(Stall),
@@ -46,7 +46,7 @@ pub struct Motion {
     pub asker: Requester,
     /// The law and the gains.
     pub controller: Controller,
-    /// The tool, in the tool frame of the arm.
+    /// The pose of the controlled tool in the tool frame of the arm.
     pub tool: UnitDualQuaternion,
     /// The controlled pose at the beginning; `None` before the first joint state.
     pub start: Option<UnitDualQuaternion>,

@@ -24,8 +24,8 @@ const ERROR_REVERSALS: u32 = 3;
 /// See [`ERROR_REVERSALS`]: the least number of reversals of a joint per window.
 const FEW: u32 = 2;
 
-/// The least change of a joint's speed between two reversals [rad/s, prismatic: m/s]. A reversal by `SWING` counts only if the
-/// error does not shrink. A reversal by `LARGE_SWING` always counts.
+/// The change of a joint's speed from its last extreme that counts as a reversal [rad/s, prismatic: m/s]. Reversals by `SWING` are an
+/// oscillation only if the error does not shrink. Reversals by `LARGE_SWING` are an oscillation even if the error shrinks.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 
@@ -66,7 +66,7 @@ struct Window {
     worst_error: f64,
 }
 
-/// What a window of the monitor has shown.
+/// The result of one window: whether the commands oscillated, and the largest error.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Verdict {
     swings: bool,

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 /// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law that still
 /// reaches the goal does not stall. With a timeout of 5 s, the error may take 52 min from 0.5 m to 1 mm, for which a gain of
-/// 0.003/s is enough. The drift of a redundant arm under a payload changes the error by up to half of this fraction.
+/// 0.003/s is enough. A smaller fraction would take drift for progress: the drift of a redundant arm under a payload changes the
+/// error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
 /// The fraction by which an error has to shrink within each `progress_timeout` if the arm may reach the goal by a reconfiguration

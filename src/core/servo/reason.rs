@@ -9,7 +9,7 @@ use std::time::Duration;
 pub enum Reason {
     /// The request is revoked (state `holding`).
     Revoked(Revocation),
-    /// The request is a twist, and it is revoked (state `holding`).
+    /// The request is for twists, and is revoked until the user releases the joystick (state `holding`).
     Release(Revocation),
     /// Two publishers send an input that may have only one (state `holding`).
     Rivals(Rivals),

@@ -37,7 +37,7 @@ pub struct Detour {
 /// Information about another configuration in which the goal of a motion can be reached within the joint limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Reconfiguration {
-    /// Nothing is known: there was no search, or it has not answered.
+    /// Nothing is known: there was no search, or it did not answer in time.
     #[default]
     Unknown,
     /// A search has been under way since this time of the cycle's clock.
@@ -58,7 +58,7 @@ pub enum Reconfiguration {
 /// The reason why the servo rejects a request to move to another configuration.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NoWayRound {
-    /// No motion has stalled, or the consent of the motion is revoked.
+    /// No motion has stalled, or the arm has no consent to move.
     #[error("no motion has stalled: no other configuration is needed")]
     NothingStalled,
     /// There was no search, because the parameter `reconfigure` is `never`.
@@ -86,7 +86,7 @@ impl Reconfiguration {
     /// The name of [`Reconfiguration::Found`] in messages: there is a configuration to which the arm moves on request.
     pub const FOUND: &str = "found";
 
-    /// Returns the name in messages, for programs.
+    /// Returns the machine-readable name, as in messages.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Unknown => "unknown",

@@ -48,7 +48,7 @@ pub enum Revocation {
     NotObeyed(usize, f64),
     /// The joint with this number (from 1, arm after arm) stopped following for the third time within 10 s.
     KeepsLosing(usize),
-    /// TF lacked the frame with which the goal moves for this time \[s\].
+    /// For this time \[s\], TF lacked the frame with which the goal moves.
     FrameWasAway(f64),
     /// The goal's frame moves with the tool, so the arm would never reach the goal.
     MovesWithTool,
@@ -56,7 +56,7 @@ pub enum Revocation {
     Stopped,
     /// A twist moved the arm. This event revokes goals only.
     Jogged,
-    /// The contact was too strong, or its sign is wrong.
+    /// The contact was too strong, or the measured wrench has the wrong sign.
     Contact(ContactFault),
     /// No wrench came for this time \[s\].
     WrenchWasAway(f64),

@@ -18,7 +18,7 @@ pub(super) struct Setpoint {
 /// How the setpoints change from cycle to cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// There are no setpoints, and nothing is sent. The controller holds its last setpoint.
+    /// There are no setpoints, and nothing is sent. The robot's controller holds the last setpoint that it received.
     Released,
     /// The setpoints advance by the commands.
     Leading,
@@ -46,7 +46,7 @@ impl Setpoint {
         &self.speeds
     }
 
-    /// Stops sending: the controller holds its last setpoint.
+    /// Drops the setpoints, so that nothing is sent. The robot's controller then holds the last setpoint that it received.
     pub fn release(&mut self) {
         self.phase = Phase::Released;
         self.speeds.fill(0.0);

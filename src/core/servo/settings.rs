@@ -53,8 +53,8 @@ impl Default for GoalFrames {
     }
 }
 
-/// The posture: joint positions to which an arm with joints to spare moves its joints, as far as the tool leaves them free. The
-/// [`default`](Self::default) has no effect, because its gain is 0.
+/// The posture of an arm with redundant joints: the joint positions to which the arm moves as far as the motion of the tool leaves
+/// its joints free. The [`default`](Self::default) has no effect, because its gain is 0.
 #[derive(Clone, Debug, Default, PartialEq, Parameters)]
 #[parameters(prefix = "posture.")]
 pub struct Posture {
@@ -73,7 +73,7 @@ pub struct Posture {
 pub struct Settings {
     /// The law and its gains.
     pub controller: Controller,
-    /// The controlled tool, in the tool frame of the arm.
+    /// The pose of the controlled tool in the tool frame of the arm.
     pub tool_offset: UnitDualQuaternion,
     /// How to treat goals in TF frames.
     pub goal_frames: GoalFrames,
@@ -136,7 +136,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Returns the question to a search for joint positions that reach `goal` from the positions `from` \[rad, prismatic: m\].
+    /// Returns the question for a search: which joint positions reach `goal`? The arm is at the positions `from` \[rad, prismatic:
+    /// m\].
     pub fn question<'a>(&'a self, goal: &'a UnitDualQuaternion, from: &'a [f64]) -> Question<'a> {
         let (aim, tolerance, tool_offset) = (self.controller.aim, self.goal_tolerance, &self.tool_offset);
         Question { goal, aim, tolerance, tool_offset, from, limits: &self.limits }

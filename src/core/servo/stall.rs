@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 /// The reason why a motion has stalled. Joints are counted from 1, arm after arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stall {
-    /// The goal is farther away than the links are long.
+    /// The goal is beyond the arm's reach.
     BeyondReach(Reach),
     /// No small motion of the joints moves the arm nearer to the goal.
     Unreachable,
-    /// The arm is at a singularity, and the goal lies in a direction in which the joints cannot move the tool there. There was no
-    /// escape, or the escape failed.
+    /// The arm is at a singularity, where the joints cannot move the tool in the direction of the goal. There was no escape, or the
+    /// escape failed.
     Singular {
         /// The smallest singular value of the Jacobian.
         sigma: f64,
@@ -43,7 +43,7 @@ pub enum Stall {
 }
 
 impl Stall {
-    /// Returns the name for programs.
+    /// Returns the machine-readable name of the reason.
     pub fn name(&self) -> &'static str {
         match self {
             Self::BeyondReach(_) | Self::Unreachable => "unreachable",

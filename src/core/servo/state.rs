@@ -3,7 +3,7 @@
 use dq_common::named;
 
 named! {
-    /// The servo's state. The servo is in one state at a time, and `~/status` has its name.
+    /// The servo's state. The servo is in one state at a time, and reports the name of that state in `~/status`.
     "state" State {
         /// No joint state has arrived yet.
         WaitingForState = "waiting_for_state",
@@ -56,7 +56,7 @@ impl State {
         )
     }
 
-    /// Returns whether a sound motion gets nearer to its goal in this state.
+    /// Returns whether the arm should get nearer to its goal in this state. If it does not, the motion stalls.
     pub(super) fn gets_nearer(self) -> bool {
         matches!(self, Self::Tracking | Self::JointLimit | Self::Constrained | Self::Reconfiguring)
     }

@@ -39,12 +39,13 @@ pub struct Status {
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
     pub sign: f64,
-    /// The number of the joint that its position limit stops, counted from 1, arm after arm; `None` if no limit stops a joint.
+    /// The number of the joint that cannot move on because of its position limit, counted from 1, arm after arm; `None` if there is no
+    /// such joint.
     pub joint_at_limit: Option<usize>,
-    /// The pair that keeps the arm from its desired motion, if any: a part of the body, and an obstacle or another part of the
-    /// body.
+    /// The pair of parts that keeps the arm from its desired motion, if any: a part of the arm's body, and an obstacle or another part
+    /// of the body.
     pub held_by: Option<ClosePair>,
-    /// The closest pair of a part of the body and an obstacle or another part of the body. `None` if nothing is near.
+    /// The closest pair of parts: a part of the arm's body, and an obstacle or another part of the body. `None` if no pair is near.
     pub closest: Option<ClosePair>,
     /// A joint that moves farther than commanded, if any: its number (from 1, arm after arm), and the ratio of its motion to the
     /// command.

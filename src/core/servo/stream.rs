@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// The twist is estimated from the poses of this last time \[s\].
+/// The twist is estimated from the poses that are at most this much older than the newest pose \[s\].
 const WINDOW: f64 = 0.12;
 
 /// The least number of poses for an estimate, whatever time they span.
@@ -18,16 +18,16 @@ const MOST: usize = 64;
 const PROOF: usize = 3;
 const SPAN: f64 = 0.03;
 
-/// Poses that are farther apart in time than this are single goals \[s\].
+/// The longest time between two successive poses of a stream \[s\].
 const LONGEST_INTERVAL: f64 = 0.25;
 
-/// Stamps are used if the transport times of messages differ by at most this time \[s\] plus a fraction of the time that the poses
-/// span. If they differ by more, the sender's clock is wrong.
+/// Stamps are used if the transport times of messages differ by at most this time \[s\] plus the fraction `SPREAD_SHARE` of the time
+/// that the poses span. If they differ by more, the sender's clock is wrong.
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A goal has jumped if its pose differs from the expected pose by more than this fraction of the goal's motion plus a fixed step
-/// \[rad, m\]. The poses before a jump no longer count.
+/// A goal has jumped if its pose differs from the expected pose by more than this fraction of the goal's motion plus `STEP` \[rad,
+/// m\]. The poses before a jump no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
 
@@ -113,8 +113,8 @@ impl GoalStream {
         (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
     }
 
-    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last counts.
-    /// Returns true if the pose continues the earlier poses, false after a jump or a pause.
+    /// Adds a pose with the time stamp `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last counts. Returns
+    /// true if the pose continues the earlier poses, false after a jump or a pause.
     pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) -> bool {
         let received = nanoseconds(now);
         if self.samples.back().is_some_and(|last| last.received >= received) {
@@ -160,7 +160,8 @@ impl GoalStream {
         }
     }
 
-    /// Returns whether the newest pose is too far from the motion of the earlier poses. If not, its deviation updates the noise.
+    /// Returns whether the newest pose is too far from the motion of the earlier poses. If not, its deviation from that motion
+    /// updates the estimate of the noise.
     fn has_jumped(&mut self) -> bool {
         let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
         let interval = seconds(newest.time.saturating_sub(fit.time));
@@ -220,8 +221,8 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` tells
-    /// whether the position, and whether the rotation, moves independently of the tool. Otherwise it counts as standing.
+    /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` says, for
+    /// position and rotation, whether the goal moves independently of the tool. Any other motion counts as none.
     ///
     /// Let `T` be the largest age that a recent pose had when the next pose arrived. Up to an age `T` of the newest pose,
     /// extrapolates from this pose. Up to an age `2 T`, the goal stands at the last extrapolated pose. After that, returns `None`.

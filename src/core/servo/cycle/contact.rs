@@ -29,7 +29,8 @@ impl Servo {
         self.counted(taken.map_err(Rejection::from))
     }
 
-    /// Returns the pose of the arm's tool frame in the base frame, without the setting `tool_offset`. Wrenches are in this frame.
+    /// Returns the pose of the arm's tool frame in the base frame, without the setting `tool_offset`. The servo converts all
+    /// wrenches to the tool frame.
     fn base_from_tool_frame(&self) -> UnitDualQuaternion {
         self.robot.arms.pose() * self.settings.tool_offset.inverse()
     }
@@ -92,7 +93,8 @@ impl Servo {
         }
     }
 
-    /// Moves the offset of the goal by one cycle, if the arm is `driven` by its law. Otherwise keeps the offset.
+    /// Updates the offset by which the goal yields to the wrench, if the arm is `driven` and follows its law. Otherwise the offset
+    /// does not change.
     pub(super) fn yield_to_wrench(&mut self, driven: bool) {
         let Some(pursuit) = self.mode.law_pursuit().filter(|_| driven) else {
             return self.contact.offset.freeze();
@@ -104,13 +106,13 @@ impl Servo {
         self.contact.yield_to_wrench(compliance, tool, &turn, times);
     }
 
-    /// Returns the time from a wrench to the motion of the tool that answers it \[s\].
+    /// Returns the time after which the tool responds to a wrench \[s\].
     fn contact_delay(&self) -> f64 {
         self.robot.link.delay() + self.clock.period
     }
 
-    /// Applies the `offset` of the contact to the goal, and returns the goal that has yielded. If `moving` is `None`, the goal is
-    /// the goal of `pursuit`, which stands still. If there is no offset, returns `moving`.
+    /// Returns the goal displaced by `offset`, with which it yields to the wrench. The goal is `moving` or, if that is `None`, the
+    /// goal of `pursuit`, which stands still. If there is no offset, returns `moving`.
     ///
     /// The offset `x` moves with the goal. If `ξ_d` is the body twist of the goal and `v` the body twist of the offset, the yielded
     /// goal has the body twist `Ad_{x⁻¹} ξ_d + v`.
@@ -128,7 +130,7 @@ impl Servo {
         Some(MovingGoal { pose: pose * *x, twist: x.inverse().adjoint() * twist + v })
     }
 
-    /// Returns what the status reports of the contact; `None` if goals do not yield.
+    /// Returns the state of the contact for the status; `None` if goals do not yield.
     pub(super) fn contact_status(&self) -> Option<ContactStatus> {
         let compliance = self.settings.contact.as_ref()?;
         let delay = self.contact_delay();

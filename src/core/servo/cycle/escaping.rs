@@ -1,5 +1,5 @@
-//! Passing through singularities. Detects that a law is stuck at a singularity, and that an escape is over because the law
-//! continues without help.
+//! Passing through singularities. Begins an escape if a law is stuck at a singularity, and ends the escape when the law can continue
+//! without it.
 
 use super::Servo;
 use super::robot::fastest_of;
@@ -95,8 +95,8 @@ impl Servo {
         (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
     }
 
-    /// Returns the reason why the motion to `goal` makes no progress. Returns `None` if a singularity stopped the motion and an
-    /// escape has begun.
+    /// Returns the reason why the motion to `goal` makes no progress. If a singularity is the reason and there is an escape from it,
+    /// begins the escape and returns `None`.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));

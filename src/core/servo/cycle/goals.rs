@@ -1,4 +1,4 @@
-//! New goals, and goals that move with their frames: decides to which goals the arm may move.
+//! Takes new goals, and moves goals with their frames. Rejects the goals to which the arm may not move.
 
 use super::Servo;
 use crate::servo::explanation::Nearness;
@@ -54,7 +54,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Notes the arrival of a goal that waits for its frame.
+    /// Notes the arrival of a goal that waits for its frame, so that its publisher does not count as silent.
     pub(in crate::servo) fn wait_for_frame(&mut self, sent: Sent) {
         self.hear_goal(sent, self.clock.now, false);
     }
@@ -99,7 +99,7 @@ impl Servo {
         false
     }
 
-    /// Returns the goal if the arm may move to it. The goal was sent `ago` earlier as part of `request`.
+    /// Returns the goal if the arm may move to it. The goal is part of `request`; `ago` is its age on arrival.
     pub(super) fn acceptable(
         &self,
         goal: Goal,
@@ -189,7 +189,7 @@ impl Servo {
         self.explanation.compare(now, place, goes_on, &nearness).then_some(nearness)
     }
 
-    /// Revokes all requests until now if TF has lacked the goal's frame for longer than `rearm_timeout`.
+    /// Revokes the requests so far if TF has lacked the goal's frame for longer than `rearm_timeout` since the current request.
     pub(super) fn watch_frame(&mut self, now: Duration) {
         let Some(lost) = self.mode.pursuit().and_then(|pursuit| pursuit.lost) else { return };
         let request = self.requests.consent().request().filter(|request| request.revoked.is_none());

@@ -76,7 +76,7 @@ impl Servo {
         Err(JointGoalError::OutsideLimits { joint: number, name, kind, position, lower, upper }.into())
     }
 
-    /// Returns the name of `joint` in its arm.
+    /// Returns the name of `joint`, counted from 0, arm after arm.
     fn joint_name(&self, joint: usize) -> String {
         let link = &self.robot.link;
         let arms = (0..link.figures().count()).map(|arm| link.order(arm));
@@ -99,7 +99,7 @@ impl Servo {
         Ok(self.robot.link.measured()[joint].max(limits.lower[joint]).min(limits.upper[joint]))
     }
 
-    /// Computes the pose of the joint goal in force again, if there is one, after the tool has changed. The joint positions stay.
+    /// Recomputes the pose of the current joint goal, if any, after the tool has changed. Its joint positions do not change.
     pub(super) fn renew_joint_goal(&mut self) {
         let goal = Goal::of(self.joint_line.end_pose());
         let (now, tolerance) = (self.clock.now, self.settings.goal_tolerance);

@@ -19,11 +19,11 @@ pub(super) struct JointLine {
     /// A joint goal that is not accepted yet \[rad, prismatic: m\].
     pub offered: Vec<f64>,
     pub kinds: Vec<JointKind>,
-    /// The arms at a point of the line.
+    /// The arms at the point of the line that is being evaluated.
     trial: Arms,
-    /// The joint positions at that point of the line \[rad, prismatic: m\].
+    /// The joint positions at the point of the line that is being evaluated \[rad, prismatic: m\].
     place: Vec<f64>,
-    /// The remaining displacement of each joint \[rad, prismatic: m\].
+    /// The remaining displacement of each joint to the end of the line \[rad, prismatic: m\].
     rest: Vec<f64>,
 }
 

@@ -34,7 +34,7 @@ pub(super) struct Output {
 /// The obstacles that keep a driven arm from its desired motion.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hindrance {
-    /// The joint (counted from 1) that its position limit stops, if any.
+    /// The joint (counted from 1) that cannot move on because of its position limit, if any.
     pub at_limit: Option<usize>,
     /// The pair of parts that would come too close to each other, if any.
     pub pair: Option<ClosePair>,
@@ -106,13 +106,14 @@ impl Output {
         }
     }
 
-    /// Returns whether the servo has begun to send, and sends velocities.
+    /// Returns whether the servo sends velocity commands. False until it has sent the first one.
     pub fn is_sent_speeds(&self) -> bool {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Sends nothing while `blind` is true: the arm's motion during missed cycles is then unknown. Without commands, the arm stops
-    /// after its own timeout.
+    /// Makes the servo send nothing while it is `blind`: while the arm's motion during missed cycles is unknown. Without commands,
+    /// the arm stops after its own timeout. The last command then becomes `hold` [rad/s, prismatic: m/s], under which the joints
+    /// stand still.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {

@@ -41,8 +41,8 @@ impl Servo {
     /// Takes the joints as `measured`, received at `now`. `stamp_age` is how long ago they were measured; `None` if that is unknown.
     ///
     /// # Errors
-    /// [`Rejection::OnePerJoint`], which is not counted, and the errors of [`take_joint_state`](Self::take_joint_state), which are. The
-    /// last valid joint state remains.
+    /// [`Rejection::OnePerJoint`], which is not counted. The errors of [`take_joint_state`](Self::take_joint_state), which are counted.
+    /// The last valid joint state remains.
     pub fn take_measured(
         &mut self,
         measured: &Measured,

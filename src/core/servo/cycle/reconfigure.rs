@@ -1,8 +1,8 @@
 //! Reconfiguration of a stalled motion: the arm moves to another configuration along a straight line in joint space. From there the
 //! law continues.
 //!
-//! The positions come from a [`Search`]. The servo puts the [question](Servo::ask), and the caller runs the search. The result of
-//! the search is an event, like every input from the robot.
+//! A [`Search`] finds the joint positions of the other configuration. The servo [asks](Servo::ask) the question, and the caller runs
+//! the search. The result of the search is an event, like every input from the robot.
 
 use super::Servo;
 use crate::servo::mode::{Pursuit, Watch};
@@ -56,7 +56,7 @@ impl Servo {
         }
     }
 
-    /// Starts the reconfiguration that the search has found for the stalled goal. The request was sent `ago` earlier.
+    /// Starts the reconfiguration that the search has found for the stalled goal. `ago` is the age of the request on arrival.
     ///
     /// # Errors
     /// [`Rejection::NoWayRound`], or [`Rejection::Late`] if the request was sent before the search found the configuration. The
@@ -128,8 +128,9 @@ impl Servo {
         self.output.drop_rounding_errors();
     }
 
-    /// Returns the position limit or the singularity that slows the law down. Returns `None` if there is neither, if `reconfigure`
-    /// is not `Always`, if the motion has already searched, or if no search could help: for a joint goal or a goal beyond reach.
+    /// Returns the position limit or the singularity that slows the law down. Returns `None` if there is neither. Also returns `None`
+    /// if a stall would not lead to another configuration: if `reconfigure` is not `Always`, after an earlier search of the motion,
+    /// for a joint goal, or for a goal beyond reach.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
@@ -154,9 +155,9 @@ impl Servo {
         time
     }
 
-    /// Reacts to changed settings. Ends a reconfiguration that the new settings do not allow. Also ends a stall, unless the
-    /// previous change, at `before`, was less than `progress_timeout` ago. Otherwise constant changes would restart a stalled
-    /// motion again and again.
+    /// Reacts to changed settings. Ends a reconfiguration that the new settings do not allow. Also ends a stall, if the previous
+    /// change, at `before`, was longer than `progress_timeout` ago. So changes in quick succession do not restart a stalled motion
+    /// again and again.
     pub(super) fn settings_changed(&mut self, before: Option<Duration>) {
         let Settings { limits, reconfigure, progress_timeout, .. } = &self.settings;
         let is_allowed =

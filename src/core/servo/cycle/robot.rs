@@ -24,8 +24,8 @@ pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f6
 
 impl Servo {
     /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. If there are several joint states in
-    /// one cycle, the last valid one counts. Returns whether its publisher is the one in use: if two publishers send states of one
-    /// arm, the servo uses only the states of the first publisher.
+    /// one cycle, the last valid one counts. Returns false if the servo ignores the joint state because it uses another publisher:
+    /// if two publishers send states of one arm, the servo uses only those of the first.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid joint state remains.
@@ -75,13 +75,13 @@ impl Servo {
         self.robot.link.quietest()
     }
 
-    /// Returns what the link has estimated for each arm in the last cycle.
+    /// Returns the servo's estimates about each arm from the last cycle, such as its delay.
     pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
         self.robot.link.figures()
     }
 
     /// Processes the inputs since the last cycle. If an arm has appeared, or after missed cycles, the command begins at the arm's
-    /// measured speed.
+    /// measured speed, or at zero if the arm takes positions.
     pub(super) fn process_robot_inputs(&mut self, now: Duration) {
         let settings = LinkSettings {
             limits: &self.settings.limits,
@@ -109,7 +109,7 @@ impl Servo {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
             let why = match returned.what {
-                // `why_of` computes how late the robot appeared from the time of each request.
+                // `why_of` replaces the 0 by the time from each request to the robot's appearance.
                 Returned::Came => Revocation::CameLater(0.0),
                 Returned::WasAway(seconds) => Revocation::WasAway(seconds),
                 Returned::IsElsewhere(joint, jump, kind) => Revocation::IsElsewhere(joint, jump, kind),
@@ -192,8 +192,8 @@ impl Servo {
         fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
     }
 
-    /// Returns the state in which the arm must stand, and its reason. `None` if the arm may be driven. If several states apply,
-    /// returns the first of them.
+    /// Returns the state in which the arm must stand, and the reason for it. The state is `None` if the arm may be driven. If several
+    /// states apply, returns the one that this function checks first.
     pub(super) fn reason_to_stand(
         &self,
         now: Duration,

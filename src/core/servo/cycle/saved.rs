@@ -49,7 +49,7 @@ impl Servo {
     /// Restores the state of a servo that was [`saved`](Self::saved) with the same arms, names, settings and period.
     ///
     /// # Errors
-    /// The error of the format. The servo is unchanged then.
+    /// The error of the deserializer. The servo is unchanged then.
     pub fn restore<'de, D: Deserializer<'de>>(&mut self, saved: D) -> Result<(), D::Error> {
         let (counts, asked, known, reported) = Saved::deserialize(saved)?;
         (self.configurations, self.configured, self.clock, self.motions.count) = counts;

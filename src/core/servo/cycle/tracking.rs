@@ -1,4 +1,5 @@
-//! The tracking of a goal: from the goal and the pose to the desired velocity, the figures of the motion, and its end.
+//! Tracks a goal: computes the desired velocity toward the goal and the figures of the motion. Detects that the arm has settled or
+//! that the motion has stalled.
 
 use super::Servo;
 use crate::servo::escape_phase::Phase;
@@ -26,9 +27,9 @@ const TREND: (f64, f64) = (LINGERING, 0.9);
 /// Interval at which the smallest singular value is computed.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
-/// A motion stalls after only `CLOSED` without progress if the arm stands, and no small motion of the joints would bring the tool
-/// nearer to the goal. The arm stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]. An arm that creeps a little
-/// faster may be passing a saddle.
+/// An arm counts as standing if no joint is faster than this [rad/s, prismatic: m/s]. A motion stalls already after [`CLOSED`]
+/// without progress if the arm stands, and no small motion of the joints would bring the tool nearer to the goal. An arm that
+/// creeps a little faster may be passing a saddle point of the error.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 

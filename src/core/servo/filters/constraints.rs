@@ -5,7 +5,7 @@ use crate::servo::{Arms, ClosePair};
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
-/// The arm closes no gap to less than this width \[m\].
+/// The smallest width to which the arm may close a gap \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
 /// A gap approaches the clearance with a time constant of at least this many cycles.
@@ -17,9 +17,9 @@ const DELAYS: f64 = 5.0;
 /// The fraction of the acceleration limit that braking for gaps uses.
 const SHARE: f64 = 0.5;
 
-/// A gap below the clearance must grow at the rate that [`Constraints`] requires, but at most at this fraction of a largest rate:
-/// the rate at which the gap would grow if every joint widened it at its desired speed. Without this rule, joints that move along
-/// the gap would close it, because their paths bend.
+/// A gap below the clearance must grow, because joints that move along the gap would otherwise close it: their paths bend. The
+/// required rate of growth is at most this fraction of the largest possible rate. At the largest possible rate, every joint widens
+/// the gap at its desired speed.
 const LEAVING: f64 = 0.1;
 
 /// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
@@ -38,9 +38,11 @@ const MOST_GAPS: usize = 200;
 ///
 /// Let `θ̇_w` be the desired velocity. If the desired motion is a motion of the tool, the nearest velocity is the one with the
 /// nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`, with the Jacobian `J` and the weight μ = [`JOINT_WEIGHT`]. Otherwise
-/// it is the one with the nearest joint motion. A standing arm satisfies the constraint of every gap above the clearance. So there
-/// is a solution if all gaps are above the clearance.
-/// Constraints that make gaps grow are dropped if they contradict each other. If rounding leaves no solution, the velocity is zero.
+/// it is the one with the nearest joint motion.
+///
+/// If all gaps are above the clearance, there is always a solution, because a standing arm satisfies the constraint of every such
+/// gap. A gap below the clearance must grow. If such constraints contradict each other, they are dropped. If rounding leaves no
+/// solution, the velocity is zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -48,13 +50,14 @@ pub(super) struct Constraints {
     weights: Vec<f64>,
     wanted: Vec<f64>,
     slope: Vec<f64>,
-    /// For each gap constraint, the index of its pair in `near`. The gap constraints follow the constraints of the joints.
+    /// For each gap constraint, the index of its pair in `near`. In `program`, the gap constraints come after the constraints of the
+    /// joints.
     owners: Vec<usize>,
     /// The closest pair of parts among the pairs that were checked; `None` if no two parts were near each other.
     pub closest: Option<ClosePair>,
     /// The pair that keeps the arm from the desired velocity, if any.
     pub held_by: Option<ClosePair>,
-    /// The first joint (counted from 0) that its position limit stops, if any.
+    /// The first joint (counted from 0) that cannot move on because of its position limit, if any.
     pub held_back: Option<usize>,
 }
 

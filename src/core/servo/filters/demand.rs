@@ -34,9 +34,9 @@ impl LawDemand {
         velocity.iter_mut().zip(&self.more).for_each(|(speed, more)| *speed += more);
     }
 
-    /// Adds the motion to the posture in the null space of the law's inverse. For each joint, it uses only the speed that the
-    /// tool's motion leaves within the limits on speed and position. So the motion to the posture neither slows the tool nor keeps
-    /// the tool from its goal. While the arm escapes from a singularity, there is no motion to the posture.
+    /// Adds the motion to the posture in the null space of the law's inverse. This motion gets only the speed that the law's velocity
+    /// leaves within each joint's limits on speed and position. So it neither slows the tool nor keeps the tool from its goal. While
+    /// the arm escapes from a singularity, there is no motion to the posture.
     fn move_to_posture(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {
         let (gain, task) = (input.settings.posture.gain, input.settings.controller.aim.components());
         if goal.escape.is_some() || gain <= 0.0 || input.arms.joint_count() <= task {

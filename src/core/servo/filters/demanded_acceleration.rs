@@ -15,8 +15,8 @@ const JERK_SHARE: f64 = 0.25;
 /// times the law's speed, the path requires the acceleration `s² A`, so `s = √(limit / |A|)`. Without this scaling, a law with a
 /// high gain would overshoot its goal, because the acceleration limit would prevent the arm from braking in time.
 ///
-/// The acceleration is assumed to change at the relative rate of the speed, so the jerk is `|A|²/|v|`. At `s` times the speed, the
-/// path requires `s³` times that jerk.
+/// The acceleration is assumed to change by the same fraction per second as the speed, so the jerk is `|A|²/|v|`. At `s` times the
+/// speed, the path requires `s³` times that jerk.
 ///
 /// The path of the filtered velocity is nearly the law's path. But while s changes, the speed along the path changes too. The
 /// filter does not count that acceleration, so the command lags a little. The lag bends the path of logc in the paper's motion by

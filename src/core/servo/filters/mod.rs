@@ -1,7 +1,8 @@
-//! From the desired velocity to the command, in these steps: the demand of the law, its acceleration, the gentle speed of joints
-//! that have not yet responded, the constraints of the scene, the envelope, and the check that the arm can be stopped.
+//! The filters that turn the desired velocity into the command. They add the escape, the feed-forward and the posture to a law's
+//! velocity, and limit its acceleration. They move gently until each joint has responded. They keep the arm clear of its scene, and
+//! the command within the envelope. Finally, they check that the arm can be stopped.
 //!
-//! The desired velocity comes from a law, from a twist, or from a straight line to another configuration.
+//! The desired velocity comes from a law, from a twist, or from a straight line in joint space.
 
 mod constraints;
 mod demand;
@@ -48,7 +49,7 @@ pub(super) struct LawGoal<'a> {
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
-    /// The posture: the positions to which joints move as far as the task leaves them free \[rad, prismatic: m\].
+    /// The posture: the positions to which the joints move as far as the motion of the tool leaves them free \[rad, prismatic: m\].
     pub posture: &'a [f64],
 }
 
@@ -127,7 +128,8 @@ impl Filters {
         self.constraints.held_by.or(self.stoppable.held_by)
     }
 
-    /// Returns the joint (counted from 0) that its position limit stopped in the last cycle in which the arm was driven, if any.
+    /// Returns the joint (counted from 0) that could not move on because of its position limit, if any. This is the result of the last
+    /// cycle in which the arm was driven.
     pub fn held_back(&self) -> Option<usize> {
         self.envelope.held_back.or(self.constraints.held_back)
     }

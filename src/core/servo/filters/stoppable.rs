@@ -46,7 +46,7 @@ pub(super) struct Stoppable {
 struct StoppingPath {
     /// The travel of each joint after each cycle. The first cycle is at full speed.
     joints: Vec<Vec<Travel>>,
-    /// The largest decrease of each joint's speed per cycle [rad/s, prismatic: m/s]. This is the braking of a stop.
+    /// The largest decrease of each joint's speed per cycle of the stop [rad/s, prismatic: m/s].
     losses: Vec<f64>,
     /// The control period as set \[s\].
     period: f64,
@@ -56,12 +56,12 @@ struct StoppingPath {
     cycles: usize,
 }
 
-/// The travel of one joint up to a cycle.
+/// The travel of one joint from the beginning of a stop to one of its cycles.
 #[derive(Clone, Copy)]
 struct Travel {
-    /// The displacement \[rad, prismatic: m\].
+    /// The displacement since the beginning of the stop \[rad, prismatic: m\].
     gone: f64,
-    /// The length of the path, including parts back and forth \[rad, prismatic: m\].
+    /// The length of the path, in which motions in both directions add up \[rad, prismatic: m\].
     length: f64,
     /// The least speed so far [rad/s, prismatic: m/s].
     slowest: f64,
@@ -108,7 +108,7 @@ impl StoppingPath {
         self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
-    /// Returns the length of each joint's path during `cycles`, including parts back and forth \[rad, prismatic: m\].
+    /// Returns the length of each joint's path during `cycles` \[rad, prismatic: m\]. Motions in both directions add up.
     fn lengths(&self, cycles: &Range<usize>) -> impl Iterator<Item = f64> + Clone {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
@@ -138,9 +138,9 @@ impl StoppingPath {
 struct Open {
     /// The index of the pair in `near`.
     number: usize,
-    /// A lower bound of the pair's gap at the beginning of the part \[m\].
+    /// A lower bound of the pair's gap at the beginning of this part of the path \[m\].
     here: f64,
-    /// A lower bound of the pair's gap at the end of the part \[m\].
+    /// A lower bound of the pair's gap at the end of this part of the path \[m\].
     there: f64,
 }
 
@@ -231,8 +231,9 @@ impl PathCheck<'_> {
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
-    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a bound that takes little time.
-    /// Measures the gap if this bound is too small, or if `is_enough` says that it does not prove enough about the path nearby.
+    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a rough bound, which takes little
+    /// time. Measures the gap if the rough bound is too small, or if `is_enough` returns false: if the bound does not prove that the
+    /// path nearby is clear.
     fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
@@ -307,8 +308,8 @@ impl PathCheck<'_> {
     /// and at the last cycle.
     fn knows(&self, near: &Near, cycles: &Range<usize>, [here, there]: [f64; 2]) -> bool {
         let travel = self.scene.travel(near.pair, self.stop.lengths(cycles));
-        // A closed gap must only grow from point to point. For an open one, half of the least gap is the margin for unknown
-        // effects.
+        // A closed gap is checked only at the points of the path, not between them. For an open gap, half of the least gap is the
+        // margin for unknown effects.
         let least = 0.5 * least(near);
         least <= 0.0
             || 0.5 * (here + there - travel) >= least

@@ -10,8 +10,8 @@ fn at(x: f64, angle: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_translation_angle_axis(Vector3::new(x, 0.0, 0.0), angle, &Vector3::z_axis())
 }
 
-/// Runs a law of 4 1/s for 2 s. Returns whether the goal's position and rotation ever count as moving independently of the
-/// tool. Also returns whether the tool counts as carrying the goal.
+/// Moves the tool and the goal for 2 s as the two functions say. Returns whether the goal's position and rotation ever count as
+/// moving independently of the tool. Also returns whether the tool ever counts as carrying the goal.
 fn found(
     tool: impl Fn(f64) -> UnitDualQuaternion,
     goal: impl Fn(f64) -> UnitDualQuaternion,
