@@ -107,8 +107,8 @@ impl Parameters for DualParameters {
     }
 }
 
-/// Returns the frames of the two tools. If both frames have the same name, or `right` is empty, both are called `left`, with the
-/// prefixes `left/` and `right/`: the namespaces of the plants.
+/// Returns the names of the two tools' frames. If `right` is empty or equal to `left`, the names are `left` with the prefixes
+/// `left/` and `right/`. These prefixes are the namespaces of the plants.
 fn frames(left: &str, right: &str) -> Frames {
     if right.is_empty() || right == left {
         let [goal, tool] = ["left", "right"].map(|side| format!("{side}/{left}"));

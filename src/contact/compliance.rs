@@ -7,8 +7,8 @@ use nalgebra::{Vector3, Vector6};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The least damping, as a multiple of `k T`, with the stiffness `k` of the contact and the delay `T`. With a multiple of 2/π, even
-/// a goal without virtual mass would oscillate forever.
+/// The least damping, as a multiple of `k T`, with the stiffness `k` of the contact and the delay `T`. At a multiple of 2/π, a goal
+/// without virtual mass would already oscillate forever.
 const MARGIN: f64 = 1.5;
 
 /// How the goal yields to the wrench at the tool. Lists of six numbers are for motion along x, y, z and about x, y, z of the

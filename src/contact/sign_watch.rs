@@ -1,4 +1,4 @@
-//! Finds out that the sensor reports the wrench with the wrong sign.
+//! Detects a sensor that reports the wrench with the wrong sign.
 //!
 //! A wall pushes back against the motion that touched it. If the sensor's sign is wrong, the force seems to help the motion, the goal
 //! yields toward the wall, and the force grows. A person who pushes an arm that stands gives no such evidence.

@@ -1,7 +1,7 @@
 //! Reads Collada files with mesh-loader (0.1), and places each geometry as the scene does, in meters.
 //!
 //! mesh-loader itself does not scale the translations of nodes by the file's unit. It also multiplies the transforms of nodes in
-//! the wrong order, ignores translations below 1 cm, and shows each geometry only once.
+//! the wrong order, ignores translations below 1 cm, and places each geometry only once, even if the scene has it several times.
 
 use dq_common::text::cut;
 use mesh_loader::{Loader, Mesh, Scene};

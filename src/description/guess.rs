@@ -77,8 +77,7 @@ impl Branch<'_> {
 
     /// Returns whether the joint opens to one side only, by at most half a turn. A jaw does; a wrist does not.
     fn is_one_sided(&self) -> bool {
-        /// The largest part of a jaw's range that may lie on the smaller side of zero, as a fraction of the part on the larger
-        /// side.
+        /// How far a jaw may also turn or slide in the direction opposite to its opening, as a fraction of how far it opens.
         const OTHER_SIDE: f64 = 0.25;
         let limit = |name| child_of(self.joint, "limit")?.attribute(name)?.trim().parse::<f64>().ok();
         let (lower, upper) = (limit("lower").unwrap_or(0.0), limit("upper").unwrap_or(0.0));

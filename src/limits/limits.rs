@@ -76,7 +76,7 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The largest average time between cycles in the last seconds \[s\]. Each average is over the duration of a stop.
+    /// The time between cycles, averaged over the duration of a stop \[s\]. This is the largest such average in the last 2 to 4 s.
     pub cycle: f64,
     /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
     /// lateness of a cycle or a joint state \[s\].

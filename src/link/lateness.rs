@@ -54,7 +54,7 @@ impl Cycles {
         self.latest.worst()
     }
 
-    /// Returns the largest average time between cycles in the last 2 to 4 s. Each average is over the duration of a stop.
+    /// Returns the time between cycles, averaged over the duration of a stop: the largest such average in the last 2 to 4 s.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }

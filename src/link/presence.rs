@@ -28,7 +28,7 @@ pub struct Return {
 pub enum Returned {
     /// The robot sent its first joint state.
     Came,
-    /// The robot was away for this time \[s\].
+    /// The robot sent no joint states for this time \[s\].
     WasAway(f64),
     /// A joint jumped: its number (from 1, arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
@@ -52,8 +52,8 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
-    /// The size of the displacement that was recently commanded to each joint \[rad, prismatic: m\]. If the limits in `speeds` were
-    /// lowered since the command, this size may exceed the displacement that they allow.
+    /// The displacement that was recently commanded to each joint \[rad, prismatic: m\]. The joint may move this far in addition to
+    /// its motion at the limit in `speeds`, because the limit may have been lowered since the command.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
@@ -62,7 +62,7 @@ pub(crate) struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Returns the event if the robot appeared, was away for longer than `timeout`, or moved farther than it can move between the
+    /// Returns the event if the robot appeared, was silent for longer than `timeout`, or moved farther than it can move between the
     /// two joint states. Otherwise returns `None`.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
         // Before the clock began there was no request that could be revoked.

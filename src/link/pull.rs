@@ -38,10 +38,12 @@ const STANDSTILL: f64 = 0.01;
 /// this speed.
 const FAST: f64 = 0.1;
 
-/// The fraction of a joint's acceleration limit that its hold may use.
+/// The fraction of a joint's acceleration limit that changes of its hold may use. The hold is the part of the command that balances
+/// a payload or gravity.
 const SHARE: f64 = 0.1;
 
-/// The largest hold that pushes a joint toward a position limit, divided by the joint's distance from that limit [1/s].
+/// The largest hold toward a position limit, divided by the joint's distance from that limit [1/s]. The hold is the part of the
+/// command that balances a payload or gravity.
 const OUTWARD: f64 = 5.0;
 
 /// The estimated pull at the joints of one arm.
@@ -50,7 +52,7 @@ pub(crate) struct Pull {
     /// The pull at each joint: the part of the difference between commanded and real speed that a payload or gravity causes [rad/s,
     /// prismatic: m/s].
     speeds: Vec<f64>,
-    /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
+    /// The change of each joint's hold (the part of its command that balances the pull) in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
     /// Whether the servo has driven the arm since the arm appeared. The hold is 0 until the servo drives the arm.
     driven: bool,
@@ -69,7 +71,7 @@ pub enum Hold {
     Driven,
 }
 
-/// The limits on changes of the hold, for the joints of all arms.
+/// The data that limit the hold, the part of the command that balances the pull. The lists have one number per joint of all arms.
 pub(crate) struct Room<'a> {
     pub limits: &'a Limits,
     /// The joint positions \[rad, prismatic: m\].
@@ -103,7 +105,8 @@ impl Pull {
         Self { speeds: zeros.clone(), steps: zeros, driven: false, compared: None }
     }
 
-    /// Returns the pull at each joint: its commanded speed less its real speed [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: by how much a payload or gravity reduces its speed below the command [rad/s, prismatic:
+    /// m/s].
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }

@@ -44,8 +44,8 @@ pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 /// joint should have moved by [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// The speed from which on a joint that has responded is not judged by changes [rad/s, prismatic: m/s]. The monitor then compares
-/// the joint's whole motion with its commands.
+/// From this speed on [rad/s, prismatic: m/s], a joint that has responded is no longer judged here. `TrackingMonitor::watch_motion`
+/// then compares the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
 /// The least deviation from a uniform motion after which the monitor judges whether a slow joint has stopped responding \[rad,
@@ -57,7 +57,7 @@ const SLOW_DISTANCE: f64 = 0.01;
 /// per turn that jumps by one count within a window.
 const NOISE: f64 = 0.02;
 
-/// If a joint is not commanded to move, its anchors are updated after this time.
+/// If a joint is not commanded to move, the monitor updates its [`Anchor`]s after this time.
 const MEMORY: Duration = Duration::from_secs(1);
 
 /// Returns the largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. `acceleration` is the
@@ -110,8 +110,8 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns the change X of the commanded motion and the change Y of the measured motion since this anchor \[rad, prismatic:
-    /// m\].
+    /// Returns the commanded and the measured displacement since this anchor, each less the displacement at the speed that was
+    /// commanded or measured at the anchor \[rad, prismatic: m\]. These are X and Y in the documentation of the module.
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -169,12 +169,13 @@ impl Departure {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// Drops the responses of the joints that have responded, because only the hold has moved them, and the arm still stands.
+    /// Forgets which joints have responded, because the arm still stands: only the commands that balance a payload or gravity have
+    /// moved these joints.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }
 
-    /// Begins to monitor, because a command moves the arm from now on.
+    /// Begins to monitor the responses of the joints, because a command moves the arm from now on.
     pub fn begin(&mut self) {
         self.responses.iter_mut().filter(|it| it.due.is_none()).for_each(JointResponse::begin);
     }

@@ -13,10 +13,10 @@ pub struct Fitted {
     pub radius: f64,
 }
 
-/// A circle around a line, or a torus if `thick` is not 0. A capsule along the line is fitted around it.
+/// A circle around the axis of a capsule, or a torus if `thick` is not 0. The capsule is fitted so that it contains the ring.
 #[derive(Clone, Copy)]
 struct Ring {
-    /// The position of the circle along the line \[m\].
+    /// The position of the circle along the axis \[m\].
     along: f64,
     /// The radius of the circle \[m\].
     across: f64,
