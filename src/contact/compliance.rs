@@ -38,7 +38,7 @@ pub struct Compliance {
     /// largest force and torque; beyond them the arm stops \[N, N m\]
     #[parameter(default = [50.0, 10.0], range = POSITIVE..=1e4)]
     pub largest_wrench: [f64; 2],
-    /// force and torque to which the goal does not yield; of a larger wrench, it yields to the rest \[N, N m\]
+    /// force and torque to which the goal does not yield; it yields only to the part of a wrench beyond them \[N, N m\]
     #[parameter(default = [1.0, 0.1], range = 0.0..=1e3)]
     pub dead_band: [f64; 2],
     /// cutoff frequency of the wrench's low-pass \[Hz\]

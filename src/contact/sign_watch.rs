@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 const TOUCH: f64 = 3.0;
 const DEAD_BANDS: f64 = 3.0;
 
-/// A slower tool counts as standing when a contact begins [m/s].
+/// A tool that is slower than this when a contact begins counts as standing [m/s].
 const MOVES: f64 = 2e-3;
 
 /// The time after the start of a contact in which the force is monitored \[s\].

@@ -9,7 +9,7 @@ use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::path::Path;
 
-/// Largest depth of elements, because mesh-loader recurses into nested nodes.
+/// Largest depth of elements. mesh-loader recurses into nested nodes, so a deeper file could overflow the stack.
 const DEEPEST: usize = 100;
 /// Largest number of placed geometries.
 const MOST_PLACES: usize = 10_000;

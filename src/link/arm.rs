@@ -88,7 +88,8 @@ struct Newcomer {
     since: Duration,
     /// The positions at the time `since` \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// The velocities before the time `since` [rad/s, prismatic: m/s]; `None` if they are not known.
+    /// The mean velocities between the previous joint state and the time `since` [rad/s, prismatic: m/s]; `None` if this is the
+    /// first joint state.
     velocity: Option<Vec<f64>>,
 }
 

@@ -261,8 +261,8 @@ impl Link {
         })
     }
 
-    /// Makes the servo try each arm that does not follow again at once. Otherwise it would first send zeros to such an arm for a
-    /// while.
+    /// Ends the time in which the servo sends only zeros to an arm that does not follow. The servo then drives this arm again at
+    /// once.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }

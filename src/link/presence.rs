@@ -1,4 +1,5 @@
-//! Detects that the robot appeared, was away, or jumped. Requests made before such an event no longer apply to the robot.
+//! Detects that the robot appeared, came back after a silence, or jumped. Requests made before such an event no longer apply to the
+//! robot.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
@@ -41,7 +42,7 @@ impl Return {
     }
 }
 
-/// Two successive joint states, and the motion that the robot may have made between them.
+/// Two successive joint states, and the data that limit the plausible motion between them.
 pub(crate) struct Step<'a> {
     /// When the previous joint state arrived; `None` if there was no previous one.
     pub before: Option<Duration>,

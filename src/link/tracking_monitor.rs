@@ -1,4 +1,5 @@
-//! Checks that each joint of an arm follows its commands, at one common fraction of the commanded speed.
+//! Checks that each joint of an arm follows its commands. All joints may move at one common fraction of the commanded speed,
+//! because a robot may be set to move slowly.
 
 mod departure;
 

@@ -44,13 +44,13 @@ pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 /// joint should have moved by [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// From this speed on [rad/s, prismatic: m/s], a joint that has responded is no longer judged here. `TrackingMonitor::watch_motion`
-/// then compares the joint's whole motion with its commands.
+/// From this speed on [rad/s, prismatic: m/s], a joint that has responded is no longer judged by this module.
+/// `TrackingMonitor::watch_motion` then compares the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
-/// The least deviation from a uniform motion after which the monitor judges whether a slow joint has stopped responding \[rad,
-/// prismatic: m\]. The deviation is the distance commanded since the anchor (the joint state with which the comparison begins), less
-/// the distance at the speed that was commanded at the anchor.
+/// The least change of the commanded motion from which the monitor judges whether a slow joint has stopped responding \[rad,
+/// prismatic: m\]. The change is the distance that was commanded since the [`Anchor`], less the distance at the speed commanded at
+/// the anchor.
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
@@ -81,7 +81,7 @@ pub(super) struct Failure {
     pub joint: usize,
     /// When the joint should have moved.
     pub since: Duration,
-    /// Whether the joint stopped following, or moves in the other direction. Such a joint is tried again only a few times.
+    /// Whether the joint stopped following, or moves against its commands. Such a joint is tried again only a few times.
     pub counts: bool,
 }
 
@@ -91,7 +91,7 @@ pub(super) struct Answer<'a> {
     pub factor: f64,
     /// The time from a command to the state of the robot that shows its effect.
     pub response: Duration,
-    /// The pull at each joint [rad/s, prismatic: m/s].
+    /// The speed that a payload or gravity takes from each joint [rad/s, prismatic: m/s].
     pub pull: &'a [f64],
 }
 
@@ -220,7 +220,8 @@ impl Departure {
         failed
     }
 
-    /// Adds the positions and the commanded displacements of the joints.
+    /// Updates the measured and the commanded displacement of each joint. The joints are at `positions` \[rad, prismatic: m\] at
+    /// `now`.
     pub fn advance(
         &mut self,
         now: Duration,

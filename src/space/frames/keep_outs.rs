@@ -147,8 +147,8 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Moves the keep-out with its frame. Returns the reason if the moved solid is invalid, or, only once, if TF no longer updates
-    /// the frame. Otherwise returns `None`.
+    /// Moves the keep-out with its frame. Returns the reason if the moved solid is invalid, or if TF has just stopped updating the
+    /// frame; otherwise `None`.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
@@ -179,8 +179,9 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the keep-out of the newest message at its exact pose. While the exact pose is not known, uses the newest known pose
-    /// of the frame. If the exact pose is not found within `patience`, returns the reason; otherwise `None`.
+    /// Places the keep-out of the newest message at its exact pose, which follows from the pose of its frame at the message's
+    /// stamp. While the exact pose is not known, uses the newest known pose of the frame. If the exact pose is not found within
+    /// `patience`, returns the reason; otherwise `None`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;

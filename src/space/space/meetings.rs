@@ -112,8 +112,8 @@ impl Scene {
         }
     }
 
-    /// Adds the keep-outs `more`, and pairs each of them with each capsule that can move. Two capsules that always touch are not
-    /// checked as a pair. A capsule and a keep-out that always touch are, because the keep-out is not a part of the arm.
+    /// Adds the keep-outs `more`, and pairs each of them with each capsule that can move. Two capsules that always touch are left
+    /// out. A capsule and a keep-out are checked even if they always touch, because the keep-out is not a part of the arm.
     fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
         self.check_room(&more)?;
         for keep_out in more {

@@ -359,7 +359,7 @@ mod tests {
         }
     }
 
-    /// Checks the lower bounds of gaps that were measured at other positions of the arms.
+    /// Also checks that a gap measured at other joint positions gives a valid lower bound.
     #[test]
     fn a_pair_that_is_not_measured_is_not_near() {
         let chains = chains();

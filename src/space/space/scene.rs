@@ -235,12 +235,12 @@ impl Scene {
     }
 
     /// Returns whether pair `number` is a tool and its keep-in. Because keep-ins are convex, the gap of a tool that moves on a
-    /// straight line is smallest at one end of the line.
+    /// straight line is smallest at one end of the line. So it is enough to check the two ends.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// Returns the distance between the segments of pair `number` at which the gap of the pair is 0 \[m\].
+    /// Returns the sum of the radii of the two parts of pair `number` \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }
