@@ -13,7 +13,7 @@ pub struct LatchedLimits {
     jerks: Vec<f64>,
     /// The last command [rad/s, prismatic: m/s].
     last: Vec<f64>,
-    /// The change of the last command from the command before it [rad/s, prismatic: m/s].
+    /// The last command less the command before it [rad/s, prismatic: m/s].
     steps: Vec<f64>,
     /// Whether each joint stood at the last command.
     stood: Vec<bool>,

@@ -118,7 +118,8 @@ impl Pull {
         self.release();
     }
 
-    /// Lets [`balance`](Self::balance) lower the hold of each joint to 0, until the servo drives the arm again.
+    /// Lets [`balance`](Self::balance) lower the hold of each joint (the part of its command that balances the pull) to 0, until
+    /// the servo drives the arm again.
     pub fn release(&mut self) {
         self.driven = false;
     }

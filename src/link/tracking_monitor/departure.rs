@@ -311,7 +311,8 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors to the present time if no command has moved the joint for long.
+    /// Moves the anchors on if no command has moved the joint: `stood` to the time of `later`, and `later` to the present time.
+    /// Does so once per [`MEMORY`].
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;

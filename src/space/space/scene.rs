@@ -109,8 +109,8 @@ impl Pair {
         }
     }
 
-    /// Describes the pair and its `gap` \[m\] in words: the signed distance between the two parts. It is negative if the parts
-    /// overlap, or if the tool is outside its keep-in. `joint` names a joint by its number.
+    /// Describes the pair and its `gap` in words. The gap is the signed distance between the two parts \[m\]. It is negative if the
+    /// parts overlap, or if the tool is outside its keep-in. `joint` names a joint by its number.
     pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
         let (length, is_closed) = (millimeters(gap.abs()), gap < 0.0);
         match self {
