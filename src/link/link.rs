@@ -114,7 +114,7 @@ impl Link {
     }
 
     /// Forgets the times at which the arms stopped following, so that each of them counts for one revocation of consent only. Also
-    /// lets the [hold](Self::hold) of an arm that does not follow return to 0 until the servo drives this arm again.
+    /// lets the [hold](Self::hold()) of an arm that does not follow return to 0 until the servo drives this arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -175,7 +175,7 @@ impl Link {
         }
     }
 
-    /// Moves the [hold](Self::hold) of each joint toward the estimated [pull](Self::pulls), or toward 0 if `what` is
+    /// Moves the [hold](Self::hold()) of each joint toward the estimated [pull](Self::pulls), or toward 0 if `what` is
     /// [`Hold::Nothing`]. `jerks` are the joints' jerk limits [rad/s³, prismatic: m/s³], and `period` is the control period \[s\].
     pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
         let room = Room { limits, positions: &self.predicted, jerks, period };
