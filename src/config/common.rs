@@ -227,7 +227,7 @@ pub(super) type PoseNumbers = [f64; 7];
 /// The numbers of the pose without translation and rotation.
 pub(super) const NO_POSE: PoseNumbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Returns the numbers of `pose`.
+/// Returns x y z \[m\] and qx qy qz qw of `pose`.
 pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> PoseNumbers {
     let (t, r) = (pose.translation(), pose.real());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]

@@ -41,7 +41,7 @@ struct TwoArmParameters {
 #[derive(Parameters)]
 #[parameters(prefix = "right_")]
 struct RightParameters {
-    /// joint names of the right arm, base first; empty: those of the left arm, on the topics of the right arm
+    /// joint names of the right arm, base first; empty: the same names as in joints, on the topics of the right arm
     #[parameter(fixed)]
     joints: Vec<String>,
     /// name of the frame of the right arm's base, if the right arm has a description of its own
@@ -57,7 +57,7 @@ struct RightParameters {
     // The node reads the file when it starts; afterwards `right_robot_description` has the arm.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
-    /// capsules around the links of the right arm, as in body; empty: if the right arm is like the left one, those of body
+    /// capsules around the links of the right arm, as in body; empty: those of body, if the right arm is like the left one
     #[parameter()]
     body: Vec<String>,
 }
@@ -107,8 +107,8 @@ impl Parameters for DualParameters {
     }
 }
 
-/// Returns the frames of the two tools. If both frames have the same name, or `right` is empty, both are called `left`, with the
-/// prefixes `left/` and `right/`: the namespaces of the plants.
+/// Returns the names of the two tools' frames. If `right` is empty or equal to `left`, the names are `left` with the prefixes
+/// `left/` and `right/`. These prefixes are the namespaces of the plants.
 fn frames(left: &str, right: &str) -> Frames {
     if right.is_empty() || right == left {
         let [goal, tool] = ["left", "right"].map(|side| format!("{side}/{left}"));

@@ -14,8 +14,8 @@ use std::sync::Arc;
 /// The keep-outs of the arm, the keep-ins of its tool, and its body.
 #[derive(Parameters)]
 pub(super) struct SceneParameters {
-    /// keeps each link at least 1 cm away from keep-outs and from other links, except links that always touch; other joints
-    /// compensate for those at their limits. false: the arm ignores its surroundings
+    /// keeps each link at least 1 cm away from keep-outs and from other links, except links that always touch; if a joint is at its
+    /// limit, other joints compensate for it. false: the arm ignores its surroundings
     #[parameter()]
     constraints: bool,
     /// keep-outs of the arm, in base_frame \[m\]. Each text is a name, a shape and its numbers. half_space: nx ny nz offset;

@@ -9,7 +9,7 @@ use dq_params::{ParameterError, Value, parameters_for};
 use std::time::Duration;
 use thiserror::Error;
 
-/// The reason why an arm is unknown, or has no servo.
+/// The reason why the servo of an arm cannot be created.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SetupError {

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 /// The time constant with which stiffness, damping and mass follow their parameters \[s\].
 const RAMP: f64 = 0.2;
 
-/// A stiffness `k` is ramped as `k / (k + HALF)`, which is 0 for a free direction and 1 for a stiff one \[N m/rad, N/m\].
+/// A stiffness `k` is ramped as `k / (k + HALF)`, so that an infinite stiffness can be ramped, too \[N m/rad, N/m\]. This number is
+/// 0 for a free direction and 1 for an infinitely stiff one.
 const HALF: [f64; 2] = [50.0, 1000.0];
 
 /// The largest stiffness. An infinite one counts as this \[N/m, N m/rad\].
@@ -38,7 +39,7 @@ pub struct Admittance {
     dynamics: Option<Dynamics>,
 }
 
-/// The parameters of motion along and about each axis, as they are ramped. Angular numbers come first.
+/// The parameters of the motion about and along each axis, in the form in which they are ramped. Angular numbers come first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Dynamics {
     /// The stiffness `k` as `k / (k + HALF)`.
@@ -97,8 +98,8 @@ impl Admittance {
     }
 
     /// Moves the offset by one step of `dt` \[s\] under the `wrench` in the frame of the yielded goal, torque first \[N m, N\]. The
-    /// tool follows `delay` \[s\] later. Without `compliance` the offset returns to the identity. A change of `compliance` makes no
-    /// jump of the offset.
+    /// tool follows `delay` \[s\] later. Without `compliance` the offset returns to the identity. A change of `compliance` does not
+    /// make the offset jump.
     pub fn advance(&mut self, compliance: Option<&Compliance>, wrench: &Vector6<f64>, delay: f64, dt: f64) {
         let target = match (compliance, &self.dynamics) {
             (Some(compliance), _) => Dynamics::of(compliance, delay),

@@ -7,8 +7,8 @@ use nalgebra::{Vector3, Vector6};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The least damping, as a multiple of `k T`, with the stiffness `k` of the contact and the delay `T`. With a multiple of 2/π, even
-/// a goal without virtual mass would oscillate forever.
+/// The least damping, as a multiple of `k T`, with the stiffness `k` of the contact and the delay `T`. At a multiple of 2/π, a goal
+/// without virtual mass would already oscillate forever.
 const MARGIN: f64 = 1.5;
 
 /// How the goal yields to the wrench at the tool. Lists of six numbers are for motion along x, y, z and about x, y, z of the
@@ -38,7 +38,7 @@ pub struct Compliance {
     /// largest force and torque; beyond them the arm stops \[N, N m\]
     #[parameter(default = [50.0, 10.0], range = POSITIVE..=1e4)]
     pub largest_wrench: [f64; 2],
-    /// force and torque to which the goal does not yield; of a larger wrench, it yields to the rest \[N, N m\]
+    /// force and torque to which the goal does not yield; it yields only to the part of a wrench beyond them \[N, N m\]
     #[parameter(default = [1.0, 0.1], range = 0.0..=1e3)]
     pub dead_band: [f64; 2],
     /// cutoff frequency of the wrench's low-pass \[Hz\]

@@ -21,8 +21,9 @@ pub use wrench_sensor::{WrenchReading, WrenchSensor};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
 
-/// Converts a wrench from frame b to frame a: the torque \[N m\] about the origin of the frame, then the force \[N\]. Twists are
-/// converted by the adjoint of `a_from_b`, so wrenches are converted by its inverse transpose, and the power stays the same.
+/// Converts a wrench from frame b to frame a. A wrench has the torque \[N m\] about the origin of its frame first, then the force
+/// \[N\]. Twists are converted by the adjoint of `a_from_b`, so wrenches are converted by its inverse transpose, and the power
+/// stays the same.
 fn wrench_in(a_from_b: &UnitDualQuaternion, wrench: &Vector6<f64>) -> Vector6<f64> {
     a_from_b.inverse().adjoint().tr_mul(wrench)
 }

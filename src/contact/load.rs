@@ -84,7 +84,7 @@ impl Identification {
         let mean = self.directions / self.count;
         let mut spreads = (self.products / self.count - mean * mean.transpose()).symmetric_eigenvalues();
         spreads.as_mut_slice().sort_by(f64::total_cmp);
-        // False for NaN, which follows from no wrench and from no gravity.
+        // False for NaN, which results if there is no wrench or no gravity.
         let is_turned = spreads[1] >= SPREAD * SPREAD / 2.0;
         if !is_turned {
             return Err(TooFewDirections);

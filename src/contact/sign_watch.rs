@@ -1,4 +1,4 @@
-//! Finds out that the sensor reports the wrench with the wrong sign.
+//! Detects a sensor that reports the wrench with the wrong sign.
 //!
 //! A wall pushes back against the motion that touched it. If the sensor's sign is wrong, the force seems to help the motion, the goal
 //! yields toward the wall, and the force grows. A person who pushes an arm that stands gives no such evidence.
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 const TOUCH: f64 = 3.0;
 const DEAD_BANDS: f64 = 3.0;
 
-/// A slower tool counts as standing when a contact begins [m/s].
+/// A tool that is slower than this when a contact begins counts as standing [m/s].
 const MOVES: f64 = 2e-3;
 
 /// The time after the start of a contact in which the force is monitored \[s\].

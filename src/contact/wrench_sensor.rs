@@ -11,15 +11,16 @@ use std::time::Duration;
 /// The largest force or torque that a message may contain \[N, N m\].
 const LARGEST: f64 = 1e12;
 
-/// The low-pass and the mean count a longer interval between two messages as this long \[s\].
+/// The longest interval between two wrenches that the low-pass filter and the running mean use \[s\]. They count a longer interval
+/// as this long.
 const LONGEST_INTERVAL: f64 = 0.1;
 
-/// The time constant of the mean from which [`WrenchSensor::tare`] takes the bias \[s\].
+/// The time constant of the running mean \[s\]. [`WrenchSensor::tare`] sets the bias of the sensor to this mean.
 const MEAN: f64 = 0.3;
 
 /// A sensor is frozen if it has repeated one wrench bit for bit for this time, although the tool has moved by [`MOVED`].
 const UNCHANGED: f64 = 0.5;
-/// See [`UNCHANGED`] \[m\].
+/// The distance that the tool must move before a sensor with an unchanged wrench counts as frozen \[m\].
 const MOVED: f64 = 2e-3;
 
 /// A wrench as received.
@@ -55,10 +56,10 @@ pub struct WrenchSensor {
     measured_at: Option<Duration>,
     /// The last wrench, as measured.
     measured: Vector6<f64>,
-    /// The last wrench without weight and bias.
+    /// The last wrench, less the weight of the load and the bias of the sensor.
     latest: Vector6<f64>,
-    /// [`latest`](Self::latest) after the low-pass. The field `mean` is the running mean of the wrench without weight, but with
-    /// bias.
+    /// The low-pass-filtered [`latest`](Self::latest). The field `mean` is the running mean of the wrench without the weight, but
+    /// with the bias.
     filtered: Vector6<f64>,
     mean: Vector6<f64>,
     bias: Vector6<f64>,
@@ -132,17 +133,18 @@ impl WrenchSensor {
         self.unchanged.0 > UNCHANGED && self.unchanged.1 > MOVED
     }
 
-    /// Returns the last wrench without weight and bias.
+    /// Returns the last wrench, less the weight of the load and the bias of the sensor.
     pub fn latest(&self) -> &Vector6<f64> {
         &self.latest
     }
 
-    /// Returns the wrench without weight and bias after the low-pass.
+    /// Returns the low-pass-filtered wrench, less the weight of the load and the bias of the sensor.
     pub fn filtered(&self) -> &Vector6<f64> {
         &self.filtered
     }
 
-    /// Counts the present wrench as no contact. The bias becomes the running mean of the wrenches, with a time constant of 0.3 s.
+    /// Sets the bias of the sensor to the mean of the recent wrenches without the weight, so that the present wrench counts as no
+    /// contact. The running mean has a time constant of 0.3 s.
     pub fn tare(&mut self) {
         let change = self.mean - self.bias;
         self.bias = self.mean;

@@ -122,7 +122,7 @@ pub struct JointLimits {
     pub lower: Option<f64>,
     /// The largest position; `None` for a continuous joint.
     pub upper: Option<f64>,
-    /// The largest speed; `None` for a continuous joint without limits.
+    /// The largest speed; `None` if the description has none.
     pub velocity: Option<f64>,
     /// The largest acceleration; `None` if the description has none (URDF 1.2).
     pub acceleration: Option<f64>,

@@ -37,8 +37,8 @@ pub struct FittedBody {
 /// Fits capsules around the shapes of the arm between these frames, and around the shapes of the parts that the arm carries.
 /// `file` is the description's own file, if it has one.
 ///
-/// Carried parts are connected by fixed joints. Beyond the arm's last joint, they may also be connected by moving joints, as the
-/// fingers of a hand are. Such joints are at their start positions. A link without shapes, or with a shape that cannot be read,
+/// Carried parts are connected to the arm by fixed joints. Beyond the arm's last joint, moving joints may also connect them, such
+/// as the joints of fingers. Such joints are at their start positions. A link without shapes, or with a shape that cannot be read,
 /// gets the capsule of [`Body::along`].
 ///
 /// # Errors

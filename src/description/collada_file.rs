@@ -1,7 +1,7 @@
 //! Reads Collada files with mesh-loader (0.1), and places each geometry as the scene does, in meters.
 //!
 //! mesh-loader itself does not scale the translations of nodes by the file's unit. It also multiplies the transforms of nodes in
-//! the wrong order, ignores translations below 1 cm, and shows each geometry only once.
+//! the wrong order, ignores translations below 1 cm, and places each geometry only once, even if the scene has it several times.
 
 use dq_common::text::cut;
 use mesh_loader::{Loader, Mesh, Scene};
@@ -9,7 +9,7 @@ use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::path::Path;
 
-/// Largest depth of elements, because mesh-loader recurses into nested nodes.
+/// Largest depth of elements. mesh-loader recurses into nested nodes, so a deeper file could overflow the stack.
 const DEEPEST: usize = 100;
 /// Largest number of placed geometries.
 const MOST_PLACES: usize = 10_000;

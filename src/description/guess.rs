@@ -77,8 +77,7 @@ impl Branch<'_> {
 
     /// Returns whether the joint opens to one side only, by at most half a turn. A jaw does; a wrist does not.
     fn is_one_sided(&self) -> bool {
-        /// The largest part of a jaw's range that may lie on the smaller side of zero, as a fraction of the part on the larger
-        /// side.
+        /// How far a jaw may also turn or slide in the direction opposite to its opening, as a fraction of how far it opens.
         const OTHER_SIDE: f64 = 0.25;
         let limit = |name| child_of(self.joint, "limit")?.attribute(name)?.trim().parse::<f64>().ok();
         let (lower, upper) = (limit("lower").unwrap_or(0.0), limit("upper").unwrap_or(0.0));
@@ -233,8 +232,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the alternatives to `tool`. These are the other links that move rigidly with `tool`, and the first link beyond each
-    /// moving joint that follows one of these links.
+    /// Returns the alternatives to `tool`. These are the other links that move rigidly with `tool`. Beyond each moving joint that
+    /// such a link carries, the first link is an alternative, too.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent

@@ -5,7 +5,7 @@ use mesh_loader::{Material, Mesh, Scene};
 
 /// The size of the header of a binary file \[bytes\].
 const HEAD: usize = 80;
-/// The size of the count of triangles \[bytes\].
+/// The size of the field with the number of triangles, after the header \[bytes\].
 const COUNT: usize = 4;
 /// The size of each triangle \[bytes\].
 const TRIANGLE: usize = 50;

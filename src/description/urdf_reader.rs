@@ -172,7 +172,7 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
 /// Returns the quaternion of an origin (URDF 1.1 and later), if the origin has one.
 ///
 /// # Errors
-/// A description of the error, as text to follow the name of the attribute.
+/// The part of the error message that follows the name of the attribute.
 pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
     let text = origin.attribute("quat_xyzw")?;
     let version = origin.document().root_element().attribute("version").unwrap_or("1.0");

@@ -95,7 +95,8 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     }
 }
 
-/// Returns the first element in xacro's namespace, as the document writes its name, and its line; `None` if there is none.
+/// Returns the name and the line of the first element in xacro's namespace; `None` if there is none. The name has its prefix, as in
+/// the document. Prefers the first element with a prefix, if there is one.
 fn of_xacro(document: &Document) -> Option<(String, u32)> {
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
     let mut of_xacro = document.descendants().filter(is_macro);

@@ -1,8 +1,8 @@
 //! The envelope: for each joint, the speeds that its next command may have.
 //!
 //! From each of these speeds, a stop keeps the limits on speed, acceleration, jerk and position, even with the robot's delay and
-//! with late cycles ([`Span`]). The next speed of a stop is always one of them, whatever the limits are, so the envelope is never
-//! empty.
+//! with late cycles ([`Span`]). The next speed of a stop is always in the envelope, whatever the limits are, so the envelope is
+//! never empty.
 
 use crate::{Joints, Limits, STOP_TIME, Span, Violation, scale};
 use dq_kinematics::arm::Arms;
@@ -13,9 +13,10 @@ pub struct Envelope {
     spans: Vec<Span>,
     /// The speed that each joint has once its acceleration has ended [rad/s, prismatic: m/s].
     rest: Vec<f64>,
-    /// A second candidate for the command [rad/s, prismatic: m/s].
+    /// A buffer for the command with which all joints slow down along one line in joint space [rad/s, prismatic: m/s].
     other: Vec<f64>,
-    /// The first joint (counted from 0) that its position limit stops; `None` if no limit stops a joint.
+    /// The first joint (counted from 0) that is near its position limit and moves slower because of this limit; `None` if there is
+    /// no such joint.
     pub held_back: Option<usize>,
 }
 
@@ -77,7 +78,8 @@ impl Envelope {
         }
     }
 
-    /// Returns how much of the change from the last command to `velocity` all joints can make within a cycle, as a fraction of 1.
+    /// Returns the fraction, from 0 to 1, of the change from the last command to `velocity` that every joint can make within a
+    /// cycle.
     fn part_of_change(&self, velocity: &[f64]) -> f64 {
         let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
         parts.fold(1.0, f64::min)

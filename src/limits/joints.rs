@@ -25,8 +25,8 @@ impl Joints<'_> {
         Pace { speed: self.before[joint], step: self.braking.steps[joint] }
     }
 
-    /// Returns the speed limit that is left for the motion of joint number `joint`: its velocity limit less the size of its hold,
-    /// at least 0 [rad/s, prismatic: m/s].
+    /// Returns the speed limit that is left for the motion of joint number `joint`: its velocity limit less the size of its
+    /// [hold](Self::hold), at least 0 [rad/s, prismatic: m/s].
     pub(crate) fn velocity(&self, joint: usize) -> f64 {
         (self.limits.joint_velocity[joint] - self.hold[joint].abs()).max(0.0)
     }

@@ -13,7 +13,7 @@ pub struct LatchedLimits {
     jerks: Vec<f64>,
     /// The last command [rad/s, prismatic: m/s].
     last: Vec<f64>,
-    /// The change of the last command from the command before it [rad/s, prismatic: m/s].
+    /// The last command less the command before it [rad/s, prismatic: m/s].
     steps: Vec<f64>,
     /// Whether each joint stood at the last command.
     stood: Vec<bool>,
@@ -34,8 +34,9 @@ impl LatchedLimits {
         latched
     }
 
-    /// Updates the latched limits after `command`, which was sent under `limits` and includes `hold` [rad/s, prismatic: m/s]. A
-    /// joint stands if its command is its hold. A joint that stood for two commands takes the new limits.
+    /// Updates the latched limits after `command`, which was sent under `limits` and includes `hold` [rad/s, prismatic: m/s]. The
+    /// hold is the part of the command that keeps a joint still against a payload or gravity, so a joint stands if its command
+    /// equals its hold. After two commands in a row at which the joint stands, the new limits replace the latched ones.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;

@@ -45,12 +45,13 @@ pub struct Limits {
     // These limits apply to an arm that is driven. A stop uses the decelerations.
     #[parameter(range = JOINT_SPEEDS, required)]
     pub joint_acceleration: Vec<f64>,
-    /// joint decelerations in a stop and before a position limit, one per joint; empty: the accelerations, or, if they are larger,
-    /// the decelerations that stop a joint within 1 s [rad/s^2, m/s^2]
+    /// joint decelerations in a stop and before a position limit, one per joint; empty: the accelerations, but at least enough to
+    /// stop a joint within 1 s [rad/s^2, m/s^2]
     // `Limits::deceleration` raises a value that is too small to stop the joint in time.
     #[parameter(range = JOINT_SPEEDS)]
     pub joint_deceleration: Vec<f64>,
-    /// how fast joint accelerations may change, stops included: one number for all joints or one per joint; empty: at once [rad/s^3, m/s^3]
+    /// how fast joint accelerations may change, stops included: one number for all joints or one per joint; empty: no limit
+    /// [rad/s^3, m/s^3]
     // Infinite for no limit. `Limits::jerk` raises a value that is too small.
     #[parameter(name = "limits.jerk", range = JOINT_JERKS)]
     pub joint_jerk: Vec<f64>,
@@ -76,7 +77,7 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The largest average time between cycles in the last seconds \[s\]. Each average is over the duration of a stop.
+    /// The time between cycles, averaged over the duration of a stop \[s\]. This is the largest such average in the last 2 to 4 s.
     pub cycle: f64,
     /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
     /// lateness of a cycle or a joint state \[s\].

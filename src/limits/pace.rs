@@ -46,8 +46,8 @@ impl Pace {
     }
 
     /// Returns the change of speed in the next cycle toward the speed `wanted`. The change is at most `most`, and differs from the
-    /// last change by at most `jerk`. All are in rad/s, for prismatic joints in m/s. A joint that can reach `wanted` without
-    /// overshoot now can still do so after this change.
+    /// last change by at most `jerk`. All are in rad/s, for prismatic joints in m/s. If the joint can now reach `wanted` without
+    /// overshoot, it can still do so after this change.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);

@@ -77,8 +77,8 @@ impl PositionLimits {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
-    /// Returns whether `position` is beyond one limit of joint number `joint`, or at most the margin away from this limit. This
-    /// limit is the upper one if `direction` is positive, otherwise the lower one.
+    /// Returns whether `position` is beyond the limit of joint number `joint` in the given direction, or at most the margin away
+    /// from that limit. The limit is the upper one if `direction` is positive, otherwise the lower one.
     pub fn is_near_towards(&self, joint: usize, position: f64, direction: f64) -> bool {
         let room = if direction > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin

@@ -75,13 +75,12 @@ impl Span {
         between(speed, self.positions.0, self.positions.1)
     }
 
-    /// Returns the next speed toward `wanted` if the joint moves independently of the others.
+    /// Returns the next speed of a joint that changes its speed to `wanted` independently of the other joints.
     pub(crate) fn towards(&self, wanted: f64) -> f64 {
         self.hold(self.pace.speed + self.pace.towards(wanted, f64::INFINITY, self.jerk))
     }
 
-    /// Returns how much of the change from the last speed to the speed `wanted` the limits allow within a cycle, as a fraction of
-    /// 1.
+    /// Returns the fraction, from 0 to 1, of the change from the last speed to `wanted` that the limits allow within a cycle.
     pub(crate) fn part_of_change(&self, wanted: f64) -> f64 {
         let change = (wanted - self.pace.speed).abs();
         ratio(self.faster.min(eased(change, self.jerk)), change)
@@ -108,7 +107,7 @@ impl Span {
         self.hold(self.pace.speed + step)
     }
 
-    /// Returns the speed that the joint would have after its next speed `speed` and after its acceleration has then decreased to 0.
+    /// Returns the speed at which the joint ends if its next command is `speed` and its acceleration then decreases to 0.
     pub(crate) fn rest(&self, speed: f64) -> f64 {
         Pace { speed, step: speed - self.pace.speed }.rest(self.jerk)
     }

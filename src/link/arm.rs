@@ -88,7 +88,8 @@ struct Newcomer {
     since: Duration,
     /// The positions at the time `since` \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// The velocities before the time `since` [rad/s, prismatic: m/s]; `None` if they are not known.
+    /// The mean velocities between the previous joint state and the time `since` [rad/s, prismatic: m/s]; `None` if this is the
+    /// first joint state.
     velocity: Option<Vec<f64>>,
 }
 
@@ -140,7 +141,7 @@ impl ArmLink {
         now: Duration,
         silence: Duration,
     ) -> Result<bool, StateError> {
-        // A message that has none of this arm's joints does not count as one of another publisher.
+        // A message that has none of this arm's joints does not count as a message of another publisher.
         match self.order.locate(reading.names, reading.positions, &mut self.places) {
             Err(StateError::MissingJoint { .. }) if self.order.has_any_of(reading.names) => {
                 return self.take_part(reading, now, silence);
@@ -293,10 +294,9 @@ impl ArmLink {
         };
     }
 
-    /// Sets `velocity` to the joint velocities of this arm [rad/s, prismatic: m/s], while the servo waits for the state of the
-    /// other arm. Uses the reported velocities if there are any. Otherwise computes the velocities from the last two joint states.
-    /// If the reported velocities are below [`STANDSTILL`], or if they are missing and the two states are less than [`TWO_STATES`]
-    /// apart, sets the velocities to 0.
+    /// Sets `velocity` to the present joint velocities of this arm [rad/s, prismatic: m/s]. Uses the reported velocities if there
+    /// are any, and counts them as 0 if all are below [`STANDSTILL`]. Otherwise computes the velocities from the last two joint
+    /// states, or sets them to 0 if these states are less than [`TWO_STATES`] apart.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -308,8 +308,8 @@ impl ArmLink {
     }
 
     /// Measures the joint velocities after a robot has appeared, or after missed cycles. Returns false if the measurement needs
-    /// another joint state. The first states may be old, so two velocities must agree: the reported velocity and the one between
-    /// two states, or the two velocities between three states.
+    /// another joint state. The first joint states may be old, so each velocity is measured twice. It is 0 if the two results have
+    /// different signs.
     fn find_velocity(
         &mut self,
         now: Duration,
@@ -357,8 +357,8 @@ impl ArmLink {
             .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
-    /// Updates the estimated pull: compares the arm's displacement during `time` with the commands during that time. `measured` are
-    /// the positions at the start of `time`; the present positions are those at the end.
+    /// Updates the estimated [`Pull`]: compares the arm's displacement during `time` with the commands that caused it. `measured`
+    /// has the positions at the start of `time`. The arm's present positions are those at the end of `time`.
     fn watch_pull(
         &mut self,
         time: Range<Duration>,
@@ -389,8 +389,8 @@ impl ArmLink {
         self.pull.observe(observed, (passed, factor), rate, &settings.limits.joint_velocity[joints]);
     }
 
-    /// Balances the pull at this arm, as [`Link::balance`](crate::Link::balance) does. `hold` is the hold of the arm's joints.
-    /// `proven` is the part of the hold to which the joints have responded.
+    /// Updates `hold`, the part of the arm's command that balances a payload or gravity, as [`Link::balance`](crate::Link::balance)
+    /// does. `proven` is the part of `hold` to which the joints have responded.
     pub fn balance(&mut self, what: Hold, room: &Room, proven: &mut [f64], hold: &mut [f64]) {
         let rests = self.following.must_rest() || !self.listeners || self.rival;
         let first = self.joints.start;

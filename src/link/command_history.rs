@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How long commands are kept: twice the sum of the window over which motion is compared and the longest delay.
+/// How long commands are kept. This is twice the sum of two times: the window over which motion is compared, and the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
 /// The recent commands of all joints, stored as sums of displacements.
@@ -25,9 +25,9 @@ pub(crate) struct CommandHistory {
     sums: Vec<f64>,
     /// One row per command: the speed of each joint [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
-    /// Whether the last command moves the joints.
+    /// Whether the newest command moves the joints.
     moves: bool,
-    /// When the last earlier command that moved a joint ended \[s\]. The newest command does not count.
+    /// The latest time at which a command other than the newest one moved a joint \[s\].
     moved_until: f64,
 }
 
@@ -52,8 +52,8 @@ impl CommandHistory {
         }
     }
 
-    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The part `hold` of the command moves no
-    /// joint.
+    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The part `hold` of the command only
+    /// balances a payload or gravity, so it moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {

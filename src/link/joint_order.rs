@@ -44,7 +44,7 @@ impl JointOrder {
     /// message. First tries the indices that `places` contains from the previous message.
     ///
     /// # Errors
-    /// A [`StateError`] if a joint is missing, a number is not finite, or the lists have different lengths.
+    /// A [`StateError`] if a joint is missing, a number is not finite or beyond [`bounds`], or the lists have different lengths.
     pub(crate) fn locate(
         &self,
         names: &[String],

@@ -54,20 +54,20 @@ impl Cycles {
         self.latest.worst()
     }
 
-    /// Returns the largest average time between cycles in the last 2 to 4 s. Each average is over the duration of a stop.
+    /// Returns the time between cycles, averaged over the duration of a stop: the largest such average in the last 2 to 4 s.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }
 }
 
-/// The largest lateness of cycles or joint states in the last 2 to 4 s.
+/// The largest lateness of cycles or joint states in the last 2 to 4 s: in the current window of 2 s and in the previous one.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Lateness {
-    /// When the newer window began.
+    /// When the current window began.
     since: Duration,
-    /// The largest lateness in the older window.
+    /// The largest lateness in the previous window.
     before: Duration,
-    /// The largest lateness in the newer window so far.
+    /// The largest lateness in the current window so far.
     now: Duration,
 }
 

@@ -83,10 +83,10 @@ pub struct ArmFigures {
     /// The delay that limits the law's gain: the time from a command to the joint state that shows its effect, plus one interval of
     /// joint states.
     pub delay: Duration,
-    /// The largest lateness of a cycle or of a joint state in the last seconds.
+    /// The largest lateness of a cycle or of a joint state in the last 2 to 4 s.
     pub lateness: Duration,
-    /// The largest average time between cycles in the last seconds, and at least the control period. Each average is over the
-    /// duration of a stop.
+    /// The time between cycles, averaged over the duration of a stop. This is the largest such average in the last 2 to 4 s, and at
+    /// least the control period.
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,

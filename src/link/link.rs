@@ -113,8 +113,8 @@ impl Link {
         })
     }
 
-    /// Drops the recorded times at which the arms stopped following, because consent was revoked on account of them. Also lets the
-    /// hold of an arm that does not follow return to 0, until the servo drives this arm again.
+    /// Forgets the times at which the arms stopped following, so that each of them counts for one revocation of consent only. Also
+    /// lets the [hold](Self::hold()) of an arm that does not follow return to 0 until the servo drives this arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -144,7 +144,8 @@ impl Link {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
-    /// Yields the joints whose next command must start at the joint's present speed, each with that speed [rad/s, prismatic: m/s].
+    /// Yields the index and the present speed [rad/s, prismatic: m/s] of each joint whose next command must start at its present
+    /// speed.
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
@@ -174,8 +175,8 @@ impl Link {
         }
     }
 
-    /// Moves the hold of each joint toward the estimated pull, or toward 0 if `what` is [`Hold::Nothing`]. `jerks` are the joints'
-    /// jerk limits [rad/s³, prismatic: m/s³], `period` is the control period \[s\].
+    /// Moves the [hold](Self::hold()) of each joint toward the estimated [pull](Self::pulls), or toward 0 if `what` is
+    /// [`Hold::Nothing`]. `jerks` are the joints' jerk limits [rad/s³, prismatic: m/s³], and `period` is the control period \[s\].
     pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
         let room = Room { limits, positions: &self.predicted, jerks, period };
         for arm in &mut self.arms {
@@ -184,12 +185,14 @@ impl Link {
         }
     }
 
-    /// Returns the hold of each joint: the part of its command that balances the pull [rad/s, prismatic: m/s].
+    /// Returns the hold of each joint: the part of its command that keeps it still against a payload or gravity [rad/s, prismatic:
+    /// m/s].
     pub fn hold(&self) -> &[f64] {
         &self.hold
     }
 
-    /// Returns the pull at each joint: its commanded speed less its real speed [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: by how much a payload or gravity reduces its speed below the command [rad/s, prismatic:
+    /// m/s].
     pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
         self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
     }
@@ -209,8 +212,8 @@ impl Link {
         &self.predicted
     }
 
-    /// Returns when the last joint state of an arm arrived, for the arm whose last joint state is the oldest. Returns `None` until
-    /// each arm has sent a joint state.
+    /// Returns when the last joint state arrived; for two arms, the earlier of their two times. Returns `None` until each arm has
+    /// sent a joint state.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
@@ -258,7 +261,8 @@ impl Link {
         })
     }
 
-    /// Ends the pause of each arm that does not follow, so that the servo tries this arm again at once.
+    /// Ends the time in which the servo sends only zeros to an arm that does not follow. The servo then drives this arm again at
+    /// once.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
@@ -277,8 +281,8 @@ impl Link {
         factors.fold(1.0, f64::min)
     }
 
-    /// Returns the time from a command to the joint state that shows its effect \[s\], for the slowest arm. It is `fixed` if that
-    /// is set, otherwise estimated.
+    /// Returns the time from a command to the joint state that shows its effect \[s\]: `fixed`, or the estimate for the slowest arm
+    /// if `fixed` is `None`.
     pub fn latency(&self, fixed: Option<Duration>) -> f64 {
         let estimated = self.arms.iter().map(|arm| arm.latency.total()).fold(0.0, f64::max);
         fixed.map_or(estimated, |latency| latency.as_secs_f64())

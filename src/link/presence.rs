@@ -1,4 +1,5 @@
-//! Detects that the robot appeared, was away, or jumped. Requests made before such an event no longer apply to the robot.
+//! Detects that the robot appeared, came back after a silence, or jumped. Requests made before such an event no longer apply to the
+//! robot.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
@@ -28,7 +29,7 @@ pub struct Return {
 pub enum Returned {
     /// The robot sent its first joint state.
     Came,
-    /// The robot was away for this time \[s\].
+    /// The robot sent no joint states for this time \[s\].
     WasAway(f64),
     /// A joint jumped: its number (from 1, arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
@@ -41,7 +42,7 @@ impl Return {
     }
 }
 
-/// Two successive joint states, and the motion that the robot may have made between them.
+/// Two successive joint states, and the data that limit the plausible motion between them.
 pub(crate) struct Step<'a> {
     /// When the previous joint state arrived; `None` if there was no previous one.
     pub before: Option<Duration>,
@@ -52,8 +53,8 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
-    /// The size of the displacement that was recently commanded to each joint \[rad, prismatic: m\]. If the limits in `speeds` were
-    /// lowered since the command, this size may exceed the displacement that they allow.
+    /// The displacement that was recently commanded to each joint \[rad, prismatic: m\]. The joint may move this far in addition to
+    /// its motion at the limit in `speeds`, because the limit may have been lowered since the command.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
@@ -62,7 +63,7 @@ pub(crate) struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Returns the event if the robot appeared, was away for longer than `timeout`, or moved farther than it can move between the
+    /// Returns the event if the robot appeared, was silent for longer than `timeout`, or moved farther than it can move between the
     /// two joint states. Otherwise returns `None`.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
         // Before the clock began there was no request that could be revoked.

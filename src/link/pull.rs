@@ -18,41 +18,43 @@ use dq_limits::{Limits, Pace};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The rate of the estimate if the servo does not balance the pull [1/s].
+/// The rate at which the estimate of the [`Pull`] changes, if the servo only estimates the pull and does not balance it [1/s].
 const WATCHED: f64 = 5.0;
 
 /// Largest product of the estimate's rate and the robot's delay: half of what the small-gain theorem allows.
 const STABLE: f64 = 0.5;
 
-/// The largest estimate of a pull, as a fraction of the joint's largest speed.
+/// The largest estimate of a joint's pull (see [`Pull`]), as a fraction of the joint's speed limit.
 const LARGEST: f64 = 0.2;
-/// The largest rate of change of an estimate [rad/s², prismatic: m/s²]. A faster change is not due to a weight, but to a joint that
-/// stands although it is commanded to move.
+/// The largest rate of change of an estimated pull [rad/s², prismatic: m/s²]. A faster change is not due to a weight, but to a
+/// joint that stands although it is commanded to move.
 const FASTEST_CHANGE: f64 = 1.0;
 
 /// A joint stands if it is slower than this [rad/s, prismatic: m/s].
 const STANDSTILL: f64 = 0.01;
 
-/// A motion does not count for the estimate if its speed, or the change of its speed, is at least this [rad/s, prismatic: m/s]. In
-/// such a motion, an error of the estimated delay looks like a pull. The weight of slower motions falls linearly from standstill to
-/// this speed.
+/// A motion does not count for the estimate of the [`Pull`] if its speed, or the change of its speed, is at least this [rad/s,
+/// prismatic: m/s]. In such a motion, an error of the estimated delay looks like a pull. The weight of slower motions falls
+/// linearly from standstill to this speed.
 const FAST: f64 = 0.1;
 
-/// The fraction of a joint's acceleration limit that its hold may use.
+/// The fraction of a joint's acceleration limit that changes of its hold may use. The hold is the part of the command that balances
+/// a payload or gravity.
 const SHARE: f64 = 0.1;
 
-/// The largest hold that pushes a joint toward a position limit, divided by the joint's distance from that limit [1/s].
+/// The largest hold toward a position limit, divided by the joint's distance from that limit [1/s]. The hold is the part of the
+/// command that balances a payload or gravity.
 const OUTWARD: f64 = 5.0;
 
-/// The estimated pull at the joints of one arm.
+/// The estimated pull at the joints of one arm: by how much a payload or gravity reduces their speeds below the commands.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
     /// The pull at each joint: the part of the difference between commanded and real speed that a payload or gravity causes [rad/s,
     /// prismatic: m/s].
     speeds: Vec<f64>,
-    /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
+    /// The change of each joint's hold (the part of its command that balances the pull) in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
-    /// Whether the servo has driven the arm since the arm appeared. The hold is 0 until the servo drives the arm.
+    /// Whether the servo has driven the arm since the arm appeared. Before that, the servo does not balance the pull.
     driven: bool,
     /// The time until which commands have been compared with the joints' motion; `None` if the next comparison starts afresh.
     pub compared: Option<Duration>,
@@ -69,7 +71,7 @@ pub enum Hold {
     Driven,
 }
 
-/// The limits on changes of the hold, for the joints of all arms.
+/// The data that limit the hold, the part of the command that balances the pull. The lists have one number per joint of all arms.
 pub(crate) struct Room<'a> {
     pub limits: &'a Limits,
     /// The joint positions \[rad, prismatic: m\].
@@ -90,8 +92,8 @@ pub(crate) struct Observed {
     pub change: f64,
 }
 
-/// Returns the rate at which the estimate follows the pull [1/s]. `integral` is the value of the parameter `integral`, and `delay`
-/// is the time after which the robot responds \[s\].
+/// Returns the rate at which the estimated [`Pull`] follows the real one [1/s]. `integral` is the value of the parameter
+/// `integral`, and `delay` is the time after which the robot responds \[s\].
 pub(crate) fn observed_at(integral: f64, delay: f64) -> f64 {
     let rate = if integral > 0.0 { integral } else { WATCHED };
     rate.min(STABLE / delay.max(f64::MIN_POSITIVE))
@@ -103,19 +105,21 @@ impl Pull {
         Self { speeds: zeros.clone(), steps: zeros, driven: false, compared: None }
     }
 
-    /// Returns the pull at each joint: its commanded speed less its real speed [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: by how much a payload or gravity reduces its speed below the command [rad/s, prismatic:
+    /// m/s].
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }
 
-    /// Drops the estimate, because the robot has jumped or may be another one.
+    /// Drops the estimate, because the robot has jumped or may be another robot.
     pub fn forget(&mut self) {
         self.speeds.fill(0.0);
         self.compared = None;
         self.release();
     }
 
-    /// Sets the target of the hold to 0 until the servo drives the arm again.
+    /// Lets [`balance`](Self::balance) lower the hold of each joint (the part of its command that balances the pull) to 0, until
+    /// the servo drives the arm again.
     pub fn release(&mut self) {
         self.driven = false;
     }

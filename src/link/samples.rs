@@ -12,7 +12,8 @@ const WINDOW: Duration = Duration::from_millis(100);
 /// Least time between two samples.
 const SPACING: Duration = Duration::from_millis(10);
 
-/// Longest time between two samples. If it is exceeded, the earlier samples are dropped, because the motion between is unknown.
+/// Longest time between two samples. If it is exceeded, the earlier samples are dropped, because the motion between the two samples
+/// is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
 /// Number of samples: those within one window, and the last sample before it.

@@ -1,4 +1,5 @@
-//! Checks that each joint of an arm follows its commands, at one common fraction of the commanded speed.
+//! Checks that each joint of an arm follows its commands. All joints may move at one common fraction of the commanded speed,
+//! because a robot may be set to move slowly.
 
 mod departure;
 
@@ -39,8 +40,8 @@ const REST: Duration = Duration::from_millis(300);
 /// How long the servo sends zeros to an arm that does not follow, before it tries the arm again.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// The fraction of the commanded speed at which the robot moves is estimated only if the commanded motion is at least this many
-/// times the motion that a payload or gravity takes away.
+/// The monitor updates its estimate of [`TrackingMonitor::factor()`] only while the commanded motion is large. It must be at least
+/// this many times the motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
 /// The weight of a new window in the smoothed speed fraction of the robot.
@@ -93,7 +94,8 @@ impl Part {
 enum Phase {
     /// The arm stands. Its next command begins a new motion.
     Standing,
-    /// The arm is commanded to move. `fails_since` is when a joint began to fail; `None` while all joints follow.
+    /// The arm is commanded to move. `fails_since` is the time since which a joint has not followed; `None` while all joints
+    /// follow.
     Driven { fails_since: Option<Duration> },
     /// The servo has sent zeros since this time, because the arm does not follow.
     Lost { since: Duration },
@@ -117,7 +119,7 @@ pub(crate) struct TrackingMonitor {
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     asked: Vec<f64>,
-    /// The fraction of its commanded distance that each joint has moved in the last window.
+    /// For each joint, the fraction of its commanded distance that it has moved in the last window.
     parts: Vec<Part>,
     /// The fraction of the commanded speed at which the robot moves.
     factor: f64,
@@ -197,7 +199,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Drops the recorded times at which the arm stopped following, because consent was revoked on account of them.
+    /// Forgets the times at which the arm stopped following, so that each of them counts for one revocation of consent only.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }

@@ -134,7 +134,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Makes the commands that take effect by `now` the present ones.
+    /// Applies the queued commands that take effect at or before `now`.
     fn obey(&mut self, now: Duration) {
         while let Some((at, _)) = self.under_way.front().filter(|(at, _)| *at <= now) {
             let at = *at;
@@ -232,7 +232,7 @@ impl Plant {
         self.sensor.measure(now, &self.realism, (&self.positions, &self.velocities), noise)
     }
 
-    /// Changes the realism.
+    /// Sets how the arm differs from an ideal arm, from now on.
     pub fn set_realism(&mut self, realism: Realism) {
         self.realism = realism;
     }

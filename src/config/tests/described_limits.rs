@@ -155,7 +155,7 @@ fn limits_that_look_like_degrees_cause_a_warning() {
     }
 }
 
-/// A body along the links has one capsule for each link.
+/// The default body has one capsule for each link, so a body must allow as many capsules as links.
 #[test]
 fn an_arm_may_have_64_joints() {
     let (mut links, mut joints) = ("<link name='l0'/>".to_owned(), String::new());

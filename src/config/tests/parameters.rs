@@ -304,7 +304,7 @@ fn values_for_all_nodes_that_fit_none_are_ignored_with_one_warning() {
     assert!(refused.to_string().contains("\"nope\""));
 }
 
-/// `param set` answers before the cycle takes the new values.
+/// `param set` reports success before the cycle takes the new values, so the cycle must accept them.
 #[test]
 fn a_running_servo_accepts_what_the_parameters_accept() {
     let store = store();

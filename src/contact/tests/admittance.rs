@@ -1,4 +1,4 @@
-//! The offset: exact along one axis, the solution of its equation on SE(3), passive, stable, and continuous.
+//! Tests that the offset is exact along one axis, solves its equation on SE(3), and is passive, stable and continuous.
 
 use super::defaults;
 use crate::admittance::inverse_jacobian;
@@ -7,7 +7,7 @@ use dq_algebra::{UnitDualQuaternion, stack};
 use nalgebra::{Matrix3, Matrix4, Unit, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 
-/// A damping that no delay makes larger, so that the tests know the equation.
+/// A delay that does not raise the damping, so that the tests know the equation \[s\].
 const NO_DELAY: f64 = 0.0;
 
 /// Returns an admittance whose parameters have reached those of `compliance`.
@@ -28,7 +28,8 @@ fn compliance(stiffness: f64, damping: f64, mass: f64) -> Compliance {
     }
 }
 
-/// Returns the response of `m y″ + d y′ + k y = f` from rest after the time `t`, by its roots.
+/// Returns `y` after the time `t`, for `m y″ + d y′ + k y = f` from rest. Computes it from the roots of the characteristic
+/// equation.
 fn response([m, d, k]: [f64; 3], f: f64, t: f64) -> f64 {
     let root = (d * d - 4.0 * k * m).sqrt();
     let (one, other) = ((-d + root) / (2.0 * m), (-d - root) / (2.0 * m));
@@ -58,7 +59,7 @@ fn a_force_step_gives_the_response_of_the_linear_equation_along_each_axis_at_any
     }
 }
 
-/// The matrix of a pose, for the integration that shares nothing with the quaternions.
+/// Returns the matrix of a pose, for an integration that does not use quaternions.
 fn matrix(pose: &UnitDualQuaternion) -> Matrix4<f64> {
     pose.frame().to_homogeneous()
 }
@@ -242,8 +243,9 @@ fn changed_parameters_do_not_move_the_offset_at_once() {
     }
 }
 
-/// Simulates a wall that begins at 0 along x, and a goal that moves into it at 5 cm/s. The force acts `delay` later. Returns the
-/// largest force after 3 s, relative to the force at rest.
+/// Simulates a wall that begins at 0 along x, and a goal that moves into it at 5 cm/s. The force acts `delay` \[s\] later; the
+/// admittance is told a delay of `told` \[s\]. Returns the largest deviation of the force from its mean in the last of 6 s, divided
+/// by that mean.
 fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     let dt = 1e-3;
     let mut admittance = settled(compliance);

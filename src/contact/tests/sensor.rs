@@ -1,4 +1,4 @@
-//! The sensor: frames, weight, bias, identification, and unusable messages.
+//! Tests of the wrench sensor: frames, weight, bias, identification, and unusable messages.
 
 use super::defaults;
 use crate::{Compliance, Load, TooFewDirections, WrenchReading, WrenchSensor};
@@ -32,7 +32,7 @@ fn turned(angles: [f64; 3]) -> UnitDualQuaternion {
     )
 }
 
-/// What a sensor without noise measures of the load at this pose, with a bias.
+/// Returns the reading of a sensor without noise that carries [`LOAD`] at this pose and has this bias.
 fn measured(pose: &UnitDualQuaternion, bias: &Vector6<f64>) -> WrenchReading<'static> {
     let gravity = pose.rotation().inverse() * Vector3::new(0.0, 0.0, -9.80665);
     let force = LOAD.mass * gravity;
@@ -41,7 +41,7 @@ fn measured(pose: &UnitDualQuaternion, bias: &Vector6<f64>) -> WrenchReading<'st
     reading(half(3), half(0))
 }
 
-/// Lets the sensor hear one reading often enough for the filters to settle.
+/// Sends one reading to the sensor repeatedly, until the filters have settled.
 fn hear(
     sensor: &mut WrenchSensor,
     reading: &WrenchReading,

@@ -1,12 +1,12 @@
-//! The watch over the sensor's sign: a wall, a wall with an inverted sensor, a person.
+//! Tests of the detection of a wrong sign: at a wall, at a wall with an inverted sensor, and with a person who pushes.
 
 use crate::sign_watch::SignWatch;
 use nalgebra::Vector3;
 
 const DT: f64 = 0.002;
 
-/// Moves a tool into a wall at 5 cm/s, along a skew direction, and yields at 1/300 of the force that the sensor reports. Returns when
-/// the watch names the sign.
+/// Moves a tool into a wall at 5 cm/s, along a skew direction, and yields at 1/300 of the force that the sensor reports. Returns
+/// how long after the first touch \[s\] the wrong sign is detected; `None` if it is not detected.
 fn contact(stiffness: f64, sign: f64, noise: f64) -> Option<f64> {
     let (mut watch, mut depth) = (SignWatch::default(), -0.01);
     let direction = Vector3::new(0.6, 0.0, -0.8);

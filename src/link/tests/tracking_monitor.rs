@@ -8,8 +8,8 @@ use dq_limits::Interface;
 use proptest::prelude::*;
 use std::time::Duration;
 
-/// Returns the time at which an arm is first judged lost, if ever. Each of `pieces` commands its two revolute joints for 50 ms
-/// [rad/s]. After `delay` \[ms\], the joints move at these speeds times the fractions `parts`.
+/// Returns the time at which an arm is first judged lost, if ever. Each of `pieces` has the commands of the arm's two revolute
+/// joints for 50 ms [rad/s]. After `delay` \[ms\], the joints move at these speeds times the fractions `parts`.
 fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
     let kinds = [JointKind::Revolute; 2];
     let mut history = CommandHistory::new(2, MS, Interface::Velocity);

@@ -44,20 +44,20 @@ pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 /// joint should have moved by [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// The speed from which on a joint that has responded is not judged by changes [rad/s, prismatic: m/s]. The monitor then compares
-/// the joint's whole motion with its commands.
+/// From this speed on [rad/s, prismatic: m/s], a joint that has responded is no longer judged by this module.
+/// `TrackingMonitor::watch_motion` then compares the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
-/// The least deviation from a uniform motion after which the monitor judges whether a slow joint has stopped responding \[rad,
-/// prismatic: m\]. The deviation is the distance commanded since the anchor (the joint state with which the comparison begins), less
-/// the distance at the speed that was commanded at the anchor.
+/// The least change of the commanded motion from which the monitor judges whether a slow joint has stopped responding \[rad,
+/// prismatic: m\]. The change is the distance that was commanded since the [`Anchor`], less the distance at the speed commanded at
+/// the anchor.
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
 /// per turn that jumps by one count within a window.
 const NOISE: f64 = 0.02;
 
-/// If a joint is not commanded to move, its anchors are updated after this time.
+/// If a joint is not commanded to move, the monitor updates its [`Anchor`]s after this time.
 const MEMORY: Duration = Duration::from_secs(1);
 
 /// Returns the largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. `acceleration` is the
@@ -81,7 +81,7 @@ pub(super) struct Failure {
     pub joint: usize,
     /// When the joint should have moved.
     pub since: Duration,
-    /// Whether the joint stopped following, or moves in the other direction. Such a joint is tried again only a few times.
+    /// Whether the joint stopped following, or moves against its commands. Such a joint is tried again only a few times.
     pub counts: bool,
 }
 
@@ -91,7 +91,7 @@ pub(super) struct Answer<'a> {
     pub factor: f64,
     /// The time from a command to the state of the robot that shows its effect.
     pub response: Duration,
-    /// The pull at each joint [rad/s, prismatic: m/s].
+    /// The speed that a payload or gravity takes from each joint [rad/s, prismatic: m/s].
     pub pull: &'a [f64],
 }
 
@@ -110,8 +110,8 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns the change X of the commanded motion and the change Y of the measured motion since this anchor \[rad, prismatic:
-    /// m\].
+    /// Returns the commanded and the measured displacement since this anchor, each less the displacement at the speed that was
+    /// commanded or measured at the anchor \[rad, prismatic: m\]. These are X and Y in the documentation of the module.
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -169,12 +169,13 @@ impl Departure {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// Drops the responses of the joints that have responded, because only the hold has moved them, and the arm still stands.
+    /// Forgets which joints have responded, because the arm still stands: only the commands that balance a payload or gravity have
+    /// moved these joints.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }
 
-    /// Begins to monitor, because a command moves the arm from now on.
+    /// Begins to monitor the responses of the joints, because a command moves the arm from now on.
     pub fn begin(&mut self) {
         self.responses.iter_mut().filter(|it| it.due.is_none()).for_each(JointResponse::begin);
     }
@@ -219,7 +220,8 @@ impl Departure {
         failed
     }
 
-    /// Adds the positions and the commanded displacements of the joints.
+    /// Updates the measured and the commanded displacement of each joint. The joints are at `positions` \[rad, prismatic: m\] at
+    /// `now`.
     pub fn advance(
         &mut self,
         now: Duration,
@@ -309,7 +311,8 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors to the present time if no command has moved the joint for long.
+    /// Moves the anchors on if no command has moved the joint: `stood` to the time of `later`, and `later` to the present time.
+    /// Does so once per [`MEMORY`].
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;

@@ -22,8 +22,8 @@ pub enum FrameMotion {
 #[derive(Clone, Debug)]
 pub struct Followed {
     goal: FramedGoal,
-    /// The newest stamp of the frame (`None` if it never moves), and the frame's pose at that time. `None` before the frame was
-    /// first found.
+    /// The newest stamp and the newest pose of the frame; `None` until the frame is first found. The stamp is `None` for a frame
+    /// that never moves.
     last: Option<(Option<i64>, UnitDualQuaternion)>,
     heard: Duration,
     lost: bool,
@@ -40,14 +40,14 @@ impl Followed {
         self.goal.number
     }
 
-    /// Returns the time `patience` after the last transform. If no transform arrives until then, the frame counts as lost. Returns
-    /// `None` if the frame is already lost.
+    /// Returns when the frame will count as lost if no newer transform arrives: `patience` after its last transform. Returns `None`
+    /// if the frame is already lost.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }
 
-    /// Returns the motion of the goal since the last call; `None` if the goal has not moved. A moving frame counts as lost if, at
-    /// `now`, no newer transform of the frame has arrived for `patience`.
+    /// Returns the motion of the goal since the last call; `None` if the goal has not moved. Returns [`FrameMotion::Lost`] once if
+    /// no newer transform of a moving frame has arrived for `patience`.
     pub fn look(
         &mut self,
         tree: &FrameTree,

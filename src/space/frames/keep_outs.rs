@@ -67,7 +67,7 @@ const STILL: f64 = 1e-3;
 #[derive(Clone, Debug, Default)]
 pub struct FramedKeepOuts {
     all: Vec<Entry>,
-    /// The keep-outs that are not in force, at most [`MOST_REFUSED`], with the reasons.
+    /// The keep-outs that are not in force or not up to date, with the reasons. There are at most [`MOST_REFUSED`].
     refused: Vec<(KeepOutKey, KeepOutRefused)>,
 }
 
@@ -147,7 +147,8 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Moves the keep-out with its frame. If TF no longer updates the frame, returns the reason the first time; otherwise `None`.
+    /// Moves the keep-out with its frame. Returns the reason if the moved solid is invalid, or if TF has just stopped updating the
+    /// frame; otherwise `None`.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
@@ -178,8 +179,9 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the keep-out of the newest message at its exact pose. While the exact pose is not known, uses the newest known pose
-    /// of the frame. If the exact pose is not found within `patience`, returns the reason; otherwise `None`.
+    /// Places the keep-out of the newest message at its exact pose, which follows from the pose of its frame at the message's
+    /// stamp. While the exact pose is not known, uses the newest known pose of the frame. If the exact pose is not found within
+    /// `patience`, returns the reason; otherwise `None`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;
@@ -260,7 +262,7 @@ impl FramedKeepOuts {
 
     /// Updates the poses of all keep-outs in the frame `base` at `now`. Returns the keep-outs whose poses were not found within
     /// `patience`, and the keep-outs whose frames have been silent for `patience`, with the reasons. Returns each such keep-out
-    /// only once. A keep-out remains in force until the pose of its replacement is found, even if that never happens.
+    /// only once. A keep-out remains in force until the pose of its replacement is found.
     pub fn look(
         &mut self,
         tree: &FrameTree,

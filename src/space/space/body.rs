@@ -83,7 +83,8 @@ impl Body {
         Ok(Self { capsules: capsules.collect::<Result<_, _>>()? })
     }
 
-    /// Returns the body of the same arm with its base at `world_from_base`. The arm's base frame is then the world.
+    /// Returns the body of the same arm with its base at `world_from_base`. Parts that are fixed to the base are then given in the
+    /// world frame.
     #[must_use]
     pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
         let world_from_base = world_from_base.frame();
@@ -111,7 +112,7 @@ impl Body {
 }
 
 impl Capsule {
-    /// Returns a capsule for the tool of each arm. It has no extent: it is the tool point.
+    /// Returns one capsule per arm for the arm's tool. Each of these capsules is a point without extent, the tool point.
     pub(super) fn tools(chains: &[Chain]) -> Vec<Self> {
         let mut before = 0;
         let each = chains.iter().map(|chain| {
@@ -123,8 +124,8 @@ impl Capsule {
         each.collect()
     }
 
-    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. `before` is the number of links of the
-    /// arms before it.
+    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. `before` is the total number of links
+    /// of all earlier arms.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
         let carried_by = before..before + link;
         Self { link: if link == 0 { 0 } else { carried_by.end }, carried_by, core, radius }

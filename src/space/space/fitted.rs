@@ -13,10 +13,10 @@ pub struct Fitted {
     pub radius: f64,
 }
 
-/// A circle around a line, or a torus if `thick` is not 0. A capsule along the line is fitted around it.
+/// A circle around the axis of a capsule, or a torus if `thick` is not 0. The capsule is fitted so that it contains the ring.
 #[derive(Clone, Copy)]
 struct Ring {
-    /// The position of the circle along the line \[m\].
+    /// The position of the circle along the axis \[m\].
     along: f64,
     /// The radius of the circle \[m\].
     across: f64,
@@ -140,8 +140,8 @@ fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fit
     Fitted { core: Segment { ends }, radius }
 }
 
-/// Returns the ends of the shortest segment, as positions along the line, with which a capsule of this radius contains the rings.
-/// For an infinite radius, returns the range of the rings' positions.
+/// Returns the ends of the shortest segment whose capsule with this radius contains the rings. The ends are positions along the
+/// axis. For an infinite radius, returns the range of the rings' positions.
 fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     let (mut bottom, mut top) = (f64::INFINITY, f64::NEG_INFINITY);
     for ring in rings {

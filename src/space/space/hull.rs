@@ -172,8 +172,8 @@ impl Face {
     }
 }
 
-/// Returns an estimate of the length of the point cloud \[m\], which is at least half of that length, and the matrix that scales
-/// the cloud to equal extents. Returns `None` if the points lie in a plane.
+/// Returns an estimate of the point cloud's length \[m\], and the matrix that scales the cloud to equal extents. The estimate is at
+/// least half of the true length. Returns `None` if the points lie in a plane.
 fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     let first = points.first()?;
     let farthest = |far: &dyn Fn(&Vector3<f64>) -> f64| {

@@ -88,8 +88,8 @@ impl Scene {
         Ok(self)
     }
 
-    /// Converts levers with respect to the links, one per link, to levers with respect to the joints, one per joint. A joint may
-    /// move several links.
+    /// Converts the levers of one part (see [`Scene::levers`]) from one number per link to one number per joint. A joint may move
+    /// several links.
     fn of_joints(&self, levers: &[f64]) -> Vec<f64> {
         let mut of_joints = vec![0.0; self.joint_count];
         for (lever, (coupling, _)) in levers.iter().zip(&self.links) {
@@ -112,8 +112,8 @@ impl Scene {
         }
     }
 
-    /// Adds the keep-outs `more`, and a pair for each of them with each capsule that can move. Unlike pairs of capsules, pairs that
-    /// touch are not left out, because keep-outs do not move with the arm.
+    /// Adds the keep-outs `more`, and pairs each of them with each capsule that can move. Two capsules that always touch are left
+    /// out. A capsule and a keep-out are checked even if they always touch, because the keep-out is not a part of the arm.
     fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
         self.check_room(&more)?;
         for keep_out in more {

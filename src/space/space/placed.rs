@@ -16,8 +16,8 @@ pub struct Placed {
     axes: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
-    /// The last measured gap of each pair, between the segments. From it follows a lower bound of the gap at any other position of
-    /// the body, because only the body moves. `None` if the gap has not been measured.
+    /// For each pair, the gap that was last measured, without the radii; `None` if the gap has not been measured. If one part is a
+    /// keep-out, which does not move, this gap gives a lower bound of the gap at other joint positions.
     measured: Vec<Option<Gap>>,
     /// For each list of [`Scene::levers`], the gap below which a pair with these levers counts as near \[m\].
     travels: Vec<f64>,
@@ -139,8 +139,8 @@ impl Placed {
         self.core_gap(scene, meeting).less(meeting.radius)
     }
 
-    /// Returns a lower bound of the gap of a pair with a keep-out; `None` for other pairs. `near` is the gap of the same pair at
-    /// other positions of the body. This takes little computation.
+    /// Returns a lower bound of the gap of a pair with a keep-out; `None` for other pairs. `near` is the gap of this pair at other
+    /// joint positions. This takes little computation.
     pub fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
         let Meeting { capsule, against, .. } = scene.meetings[near.pair];
         matches!(against, Against::KeepOut(_)).then(|| self.cores[capsule].gap_at_least(&near.gap))
@@ -359,7 +359,7 @@ mod tests {
         }
     }
 
-    /// Checks the lower bounds of gaps that were measured at other positions of the arms.
+    /// Also checks that a gap measured at other joint positions gives a valid lower bound.
     #[test]
     fn a_pair_that_is_not_measured_is_not_near() {
         let chains = chains();

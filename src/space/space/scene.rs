@@ -109,8 +109,8 @@ impl Pair {
         }
     }
 
-    /// Describes the pair and its `gap` \[m\] in words: the signed distance between the two parts. It is negative if the parts
-    /// overlap, or if the tool is outside its keep-in. `joint` names a joint by its number.
+    /// Describes the pair and its `gap` in words. The gap is the signed distance between the two parts \[m\]. It is negative if the
+    /// parts overlap, or if the tool is outside its keep-in. `joint` names a joint by its number.
     pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
         let (length, is_closed) = (millimeters(gap.abs()), gap < 0.0);
         match self {
@@ -235,12 +235,12 @@ impl Scene {
     }
 
     /// Returns whether pair `number` is a tool and its keep-in. Because keep-ins are convex, the gap of a tool that moves on a
-    /// straight line is smallest at one end of the line.
+    /// straight line is smallest at one end of the line. So it is enough to check the two ends.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// Returns the distance between the segments of pair `number` at which the gap of the pair is 0 \[m\].
+    /// Returns the sum of the radii of the two parts of pair `number` \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }
