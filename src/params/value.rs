@@ -43,8 +43,11 @@ impl Value {
         }
     }
 
-    /// Converts this value to the type of `like` if possible. Integers become doubles, and an empty array becomes an empty array of
-    /// the other type. rclcpp, in contrast, rejects an integer for a double, so that users must write `1.0`.
+    /// Converts this value to the type of `like`. Integers become doubles, and an empty array becomes an empty array of that type.
+    /// rclcpp, in contrast, rejects an integer for a double, so that users must write `1.0`.
+    ///
+    /// # Errors
+    /// Returns this value unchanged if it cannot be converted.
     pub fn convert_like(self, like: &Self) -> Result<Self, Self> {
         match (self, like) {
             (Self::Integer(i), Self::Double(_)) => Ok(Self::Double(i as f64)),

@@ -12,7 +12,7 @@ pub struct ArmState {
     rotation: UnitQuaternion<f64>,
     tool_point: Vector3<f64>,
     joint_count: usize,
-    /// The motions of the tool by pairs of joints. The last joint may be paired with a joint that does not move.
+    /// The motions of the tool by pairs of joints. If the number of joints is odd, the second motion of the last pair is zero.
     motions: Vec<Motions>,
 }
 

@@ -3,8 +3,8 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. Both represent the same pose. Use this function for a new goal
-/// `q_d`.
+/// Returns the goal `q_d` with the sign that is nearer to the tool: `q_d` or `−q_d`, which represent the same pose. Use this
+/// function for a new goal.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,

@@ -157,7 +157,7 @@ macro_rules! built_in {
         impl Law {
             $($(#[$doc])* pub const $law: Self = Self { number: $number, law: &$is };)*
 
-            /// All built-in laws, in the order of the table.
+            /// All built-in laws, in the order of their numbers.
             pub const ALL: [Self; 12] = [$(Self::$law),*];
         }
     };

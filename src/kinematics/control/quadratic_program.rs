@@ -167,7 +167,7 @@ impl QuadraticProgram {
         most.0
     }
 
-    /// Moves `x` until the constraint is satisfied. Deactivates constraints whose multipliers become negative.
+    /// Moves `x` until the constraint is satisfied. On the way, deactivates each constraint whose multiplier would become negative.
     fn take_in(&mut self, constraint: usize, x: &mut [f64]) -> Result<(), Infeasible> {
         self.normal.clear();
         self.normal.extend_from_slice(&self.rows[constraint * self.count..][..self.count]);
