@@ -13,11 +13,11 @@ const ROUNDING: f64 = 1e-12;
 /// last output.
 pub type Step<'a> = (Option<&'a [f64]>, &'a [f64]);
 
-/// The output of each cycle.
+/// Checks the output of each cycle against the limits.
 pub struct Sent {
     invariants: Invariants,
     period: Duration,
-    /// The time as a number of cycles: a late cycle may not change the speed more than any other cycle.
+    /// The number of cycles, which serves as the clock of the checks. So a late cycle may not change the speed more than any other.
     cycles: u32,
     last: Option<Duration>,
 }
