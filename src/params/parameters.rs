@@ -59,7 +59,7 @@ impl Declarer {
         Self { values: values.into_iter().collect(), declared: Vec::new() }
     }
 
-    /// Returns the declarations in their order.
+    /// Returns the declarations, in the order in which the parameters were declared.
     pub fn into_declarations(self) -> Vec<Declaration> {
         self.declared
     }

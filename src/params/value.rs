@@ -82,7 +82,7 @@ fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text. The text is written without quotes if every ROS 2 tool reads the result as a text.
+/// A text to write as YAML. It is written without quotes if every ROS 2 tool then still reads it as a text.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {

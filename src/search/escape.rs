@@ -19,7 +19,7 @@ pub const ESCAPE_SPEED: f64 = 0.3;
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// A curvature is computed from `Jᵀ e` at two configurations. This is half the distance between them \[rad, prismatic: m\].
+/// Half the distance between the two configurations at which `Jᵀ e` is computed for a curvature \[rad, prismatic: m\].
 const STEP: f64 = 1e-5;
 
 /// Number of times that a matrix is squared in the search for its largest eigenvalue. The 2²⁰th power of the matrix separates

@@ -1,4 +1,5 @@
-//! Searches for joint positions within the limits at which the tool is at its goal, in any configuration of the arm.
+//! Searches for joint positions that bring the tool to its goal. The positions are within the limits, in any configuration of the
+//! arm.
 //!
 //! From many starts, spread evenly over the joint ranges, the search reduces the error by damped least squares (Wampler 1986;
 //! Nakamura & Hanafusa 1986). The damping falls with the error (Sugihara 2011). So the search also reaches goals at singularities,
@@ -33,13 +34,14 @@ const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 /// settles at the positions found.
 const CLOSE: f64 = 0.1;
 
-/// The range of a prismatic joint without limits, on each side of its position \[m\].
+/// The range in which a prismatic joint is searched, on each side of its present position \[m\]. Position limits may shift or narrow
+/// this range.
 const SLIDE: f64 = 1.0;
 
 /// The task of a search: the goal, and the present state and limits of the arms that are to reach it.
 #[derive(Clone, Copy, Debug)]
 pub struct Question<'a> {
-    /// The pose of the tool in the base frame that the arms are to reach; for two arms, see [`Arms::pose`].
+    /// The pose that the tool is to reach, in the base frame. For two arms, see [`Arms::pose`].
     pub goal: &'a UnitDualQuaternion,
     /// The components of the pose that count.
     pub aim: Aim,
@@ -85,8 +87,8 @@ pub struct Found<'a> {
     pub asked: Duration,
     /// The number of starts that the search has tried.
     pub starts: u32,
-    /// The positions of all joints that reach the goal \[rad, prismatic: m\], with the shortest travel time; `None` if the search has
-    /// found none.
+    /// The joint positions that bring the tool to the goal in the shortest travel time found \[rad, prismatic: m\]; `None` if the
+    /// search has not reached the goal.
     pub positions: Option<&'a [f64]>,
 }
 

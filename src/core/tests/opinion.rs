@@ -104,11 +104,11 @@ struct Wanted {
     came: Duration,
     /// The pose of the goal; `None` if an older goal may still be in force.
     pose: Option<UnitDualQuaternion>,
-    /// Whether the goal is joint positions.
+    /// Whether the goal consists of joint positions.
     by_joints: bool,
 }
 
-/// The joint states of one arm that were delivered.
+/// The joint states that the servo has received for one arm.
 #[derive(Clone, Debug, Default)]
 struct DeliveredStates {
     came: Option<Duration>,
@@ -311,7 +311,7 @@ impl Opinion {
         self.goal.iter_mut().for_each(|goal| (goal.pose, goal.came) = (goal.pose.map(|_| pose), now));
     }
 
-    /// Returns whether the goal in force is certainly joint positions, which no frame moves.
+    /// Returns whether the goal in force certainly consists of joint positions. No frame moves such a goal.
     fn is_of_joints(&self) -> bool {
         self.goal.as_ref().is_some_and(|goal| goal.by_joints && goal.pose.is_some())
     }
@@ -414,8 +414,8 @@ impl Opinion {
         self.rival_of_commands = rival;
     }
 
-    /// Takes a joint state that `source` measured at `measured` and that arrives at `now`. Returns whether the robot may have come
-    /// back with this joint state.
+    /// Takes a joint state of the publisher `source`, measured at `measured` and received at `now`. Returns whether the robot may
+    /// have been away before this joint state.
     pub fn state(
         &mut self,
         arm: usize,
@@ -503,7 +503,7 @@ impl Opinion {
         }
     }
 
-    /// Returns whether two publishers of this kind are present.
+    /// Returns whether two publishers of this kind are rivals: their messages alternate, and both request a motion.
     fn rivals(&self, kind: Kind, now: Duration) -> Truth {
         let streams = || self.streams.iter().filter(|((of, _), _)| *of == kind);
         let is_there = |it: &Stream| !self.is_longer(age(now, it.came), self.silence());

@@ -56,7 +56,7 @@ pub struct Rig {
     pub state_delay: Duration,
     /// Whether joint states have stamps, by a clock that agrees with the servo's.
     pub stamped: bool,
-    /// The age of joint states by their stamps, less their real age.
+    /// The time that is added to the age of joint states in their stamps.
     pub stamp_error: Duration,
     /// The time from one joint state to the next.
     pub state_interval: Duration,
@@ -95,7 +95,7 @@ pub struct Rig {
     awaited: Option<Duration>,
     /// How the robot disobeys its last command: true if it stands instead, false if it moves differently; `None` if it obeys.
     altered: Option<bool>,
-    /// The robot's last command.
+    /// The last command that has reached the robot.
     asked: Vec<f64>,
     /// Since when each joint has not moved in spite of its command.
     refused: Vec<Option<Duration>>,
@@ -116,7 +116,7 @@ pub struct Rig {
     pub restored_each: u32,
     /// The output of each cycle, if the test wants it.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
-    /// The parameters from which another servo is built, with the settings of the present servo.
+    /// The parameters from which [`restore`](Self::restore) builds another servo. Its settings are those of the present servo.
     parameters: ServoParameters,
     period: Duration,
     cycles: u32,

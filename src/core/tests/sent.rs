@@ -1,5 +1,5 @@
-//! Checks the output against the limits. The output continues from the last output, or from the robot's motion if the robot has
-//! stood since.
+//! Checks the output against the limits. Each output must continue from the last output or, if the robot may have stopped since
+//! then, from the robot's present motion.
 
 use crate::invariants::Invariants;
 use crate::opinion::Truth;

@@ -28,7 +28,7 @@ named! {
 const NO_DIRECTION: f64 = 1e-12;
 
 impl Aim {
-    /// All aims, in the order of their names.
+    /// All aims, in the order of [`NAMES`](Self::NAMES).
     pub const ALL: [Self; 5] =
         [Self::Pose, Self::Position, Self::PositionAndAxis, Self::Orientation, Self::Distance];
 

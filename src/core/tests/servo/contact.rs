@@ -1,4 +1,4 @@
-//! A goal that yields to the wrench at the tool: against a wall of springs, and with a sensor that fails.
+//! Compliance: the goal yields to the wrench at the tool. The tests press the tool against an elastic wall, or let the sensor fail.
 
 use crate::reference::{parameters, puma};
 use dq_algebra::UnitDualQuaternion;

@@ -78,7 +78,7 @@ pub enum Event {
     LateCycle(u32),
 }
 
-/// A stream of goals that moves on from the goal in force by a body twist `(ω, v)` [rad/s, m/s].
+/// A stream of goals that starts at the goal in force and moves with a body twist `(ω, v)` [rad/s, m/s].
 #[derive(Clone, Copy, Debug)]
 pub struct Stream {
     twist: [f64; 6],

@@ -441,7 +441,7 @@ fn a_cycle_on_the_way_to_a_joint_goal_allocates_nothing() {
     assert_eq!((rig.state(), rig.allocations), (State::Tracking, 0));
 }
 
-/// A joint goal of the API may be of any numbers.
+/// A program that uses the library may pass any numbers as a joint goal.
 #[test]
 fn joint_goals_of_any_numbers_are_taken_or_rejected() {
     let numbers = [0.0, 1e5, -1e5, 1e300, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, 3.0];

@@ -1,5 +1,5 @@
 //! Goals that move: the tool's lag and noise, with and without feed-forward of the goal's motion. One test generates the table of
-//! the guide. Other tests check that a stream does not make the arm overshoot at its end, or fling the arm when it jumps.
+//! the guide. Other tests check that the arm does not overshoot when a stream ends, and is not flung when the goal jumps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
 use crate::rig::{PERIOD, reading};

@@ -11,8 +11,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::time::Duration;
 
-/// Returns a configuration that runs the same `quick` sequences each time. If `PROPTEST_CASES` is set, runs this number of random
-/// sequences.
+/// Returns a configuration that runs `quick` random sequences, the same in each run. If the environment variable `PROPTEST_CASES` is
+/// set, the configuration runs that number of new random sequences instead.
 fn cases(quick: u32) -> ProptestConfig {
     let config = ProptestConfig::default();
     match std::env::var_os("PROPTEST_CASES") {

@@ -71,7 +71,7 @@ fn rig(law: Law, theta: &[f64]) -> Rig {
     rig
 }
 
-/// A singular configuration, and a goal in the direction in which the arm cannot move there.
+/// A singular configuration, and a goal in the direction in which the arm cannot move at that configuration.
 struct Case {
     name: &'static str,
     theta: [f64; 6],
