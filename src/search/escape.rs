@@ -1,7 +1,7 @@
-//! The escape from a singularity at which a law stands still although the error can be reduced there.
+//! The escape from a singularity at which a law stands still, although the joints could reduce the error.
 //!
-//! If the error `e` lies in a direction in which the joints cannot move the tool, `Jᵀ e = 0`: a law that feeds back the error
-//! stands. Close to such a configuration the law starts very slowly. Such a configuration is a critical point of `½|e|²`. At a
+//! If the error `e` lies in a direction in which the joints cannot move the tool, `Jᵀ e` is 0. Then a law that feeds back the error
+//! stands still, and close to such a configuration it starts very slowly. Such a configuration is a critical point of `½|e|²`. At a
 //! saddle, such as a folded elbow and a goal farther out, the error falls to second order along the direction of the most negative
 //! curvature, both forward and backward. At a minimum, no configuration nearby is nearer to the goal.
 

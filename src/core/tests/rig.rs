@@ -146,7 +146,7 @@ impl Rig {
         Self::start(parameters, starts(&["theta_initial"]))
     }
 
-    /// Returns a rig with the paper's arm at its start, whose servo runs at `rate` \[Hz\].
+    /// Returns a rig with the paper's arm at its start. The servo runs at `rate` \[Hz\].
     pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings)) -> Self {
         let mut parameters = parameters();
         change(&mut parameters.settings);
@@ -302,7 +302,7 @@ impl Rig {
         self.take_single(&reading(pose, 0)).unwrap();
     }
 
-    /// Sends a single goal of a new publisher, which the servo may reject.
+    /// Sends a single goal of a new publisher. The servo may reject the goal.
     pub fn take_single(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
         let sent = Sent { by: self.next_publisher(), ..goal.sent };
         self.take_goal(&GoalReading { sent, ..*goal })

@@ -51,7 +51,7 @@ pub enum Event {
     /// An external force acts on a joint: the value of the parameter `integral`, the joint, and the speed that the force subtracts
     /// from the joint's commanded speed [rad/s].
     Pull(f64, usize, f64),
-    /// Whether joint states have velocities. The number is the time between joint states \[ms\].
+    /// Whether joint states have velocities, and the time between two joint states \[ms\].
     States(bool, u64),
     /// The time constant with which joints follow velocities \[ms\].
     Lag(u64),
@@ -387,8 +387,8 @@ pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
 /// Applies the event. The rig checks the invariants.
 pub fn apply(rig: &mut Rig, event: Event) {
     let now = rig.now;
-    // The servo cannot keep the tool's speed limit exactly if it cannot know the arm's position. The rig's copies of the arms keep
-    // the original tool.
+    // The servo cannot keep the tool's speed limit exactly if it cannot know the arm's position. A change of the tool changes the
+    // speed of the tool point at once.
     rig.check_tools &= !event.hides_the_arm();
     let ms = Duration::from_millis;
     match event {

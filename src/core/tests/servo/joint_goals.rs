@@ -350,7 +350,7 @@ fn the_joints_of_two_arms_arrive_together_also_if_only_a_part_of_the_pose_is_con
     }
 }
 
-/// The rig checks speeds, accelerations, position limits and tool speeds in every cycle.
+/// In every cycle the rig checks speeds, accelerations and position limits. If commands have no delay, it also checks tool speeds.
 #[test]
 fn arms_of_the_box_keep_their_limits_on_the_way_to_joint_goals_and_arrive() {
     for name in ["ur5e", "xarm6", "panda", "iiwa14"] {

@@ -340,7 +340,7 @@ fn a_goal_that_shakes_is_hardly_a_motion() {
     }
 }
 
-/// A goal that turns is followed: the tool's error, seen from the goal, decays on one screw.
+/// The goal rotates. Seen from the goal, the tool's error decays along one screw.
 #[test]
 fn the_error_decays_as_towards_a_goal_that_stands() {
     let arm = start_of(-0.3);
