@@ -3,8 +3,8 @@
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// The tolerance of tf2: a quaternion is invalid if its squared norm differs from 1 by more than this. A quaternion whose numbers
-/// have three decimals is valid.
+/// The tolerance of tf2: a quaternion is invalid if its squared norm differs from 1 by more than this. A unit quaternion stays valid
+/// if its numbers are rounded to three decimals.
 const UNIT_TOLERANCE: f64 = 10e-3;
 
 /// The error for a quaternion that is not an orientation.

@@ -140,7 +140,7 @@ impl UnitDualQuaternion {
         self.rotation() * point + self.translation()
     }
 
-    /// Returns the pose as a frame: the rotation, with the axes of the frame as the columns of its matrix, and the origin \[m\].
+    /// Returns the pose as a frame: its rotation and its origin \[m\]. The columns of the rotation matrix are the axes of the frame.
     /// The paper's `frameplotter` draws this frame.
     #[doc(alias = "frameplotter")]
     pub fn frame(&self) -> Isometry3<f64> {

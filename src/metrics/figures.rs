@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Declares [`Figures`], with the name that each figure has in statuses and files. The name ends with the unit.
 macro_rules! figures {
     ($($(#[$doc:meta])* $field:ident: $kind:ty = $name:literal,)*) => {
-        /// The figures of a motion.
+        /// The figures of a motion: numbers such as its settling time and the length of the tool's path.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct Figures { $($(#[$doc])* #[serde(rename = $name)] pub $field: $kind,)* }
 
@@ -41,7 +41,7 @@ impl From<Named> for f64 {
 }
 
 figures! {
-    /// Time since the goal was taken \[s\].
+    /// Time since the motion began \[s\]. The other times count from there, too.
     elapsed: f64 = "elapsed_s",
     /// The time from which the angle to the goal stays within 2 % of its initial value, or within the goal tolerance if that is
     /// larger \[s\]; `None` while the angle is larger than both.

@@ -31,7 +31,7 @@ pub struct Settling {
 
 impl Settling {
     /// Creates the measurement. The error counts as settled while it is at most 2 % of `reference`, or at most `tolerance` if that
-    /// is larger. `reference` is the initial error or, for a value that settles, its final value.
+    /// is larger. `reference` is the initial error or, for a quantity that approaches a final value, this value.
     pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
             band: (SETTLING_BAND * reference.abs()).max(tolerance),
@@ -84,8 +84,8 @@ struct LastSample {
 const APART: f64 = 1e-3;
 
 impl MotionMeter {
-    /// Begins at time `now` with the tool at `point` \[m\], the goal at `goal_point` \[m\], and the tool's `error` with respect to
-    /// the goal.
+    /// Begins to measure a motion at time `now`, with the tool at `point` \[m\], the goal at `goal_point` \[m\], and the tool's
+    /// `error` with respect to the goal.
     pub fn begin(
         now: Duration,
         point: Vector3<f64>,

@@ -79,8 +79,8 @@ impl Declaration {
         }
     }
 
-    /// Returns the allowed values in words, with their unit. If there is no constraint, returns an empty string. A list of doubles
-    /// without a constraint is an exception: its numbers must be finite.
+    /// Returns the allowed values in words, with their unit. Without a constraint, returns an empty string or, for a list of doubles,
+    /// that its numbers must be finite.
     pub fn expected(&self) -> String {
         let unit = |before: &str| {
             if self.unit.is_empty() { String::new() } else { format!("{before}{}", self.unit) }

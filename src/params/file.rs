@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(names(text, "/x/y/other"), ["a"]);
     }
 
-    /// rcl accepts such numbers, and one file may have the parameters of a whole robot.
+    /// A file for a whole robot may give other nodes infinite, undefined or huge numbers, and rcl accepts them.
     #[test]
     fn unusual_numbers_for_other_nodes_are_accepted() {
         let text = "

@@ -1,6 +1,6 @@
 //! Finds the known name that is most similar to a misspelled name.
 
-/// The length of the longest misspelled name for which [`nearest`] searches a similar name \[bytes\].
+/// The length of the longest misspelled name for which [`nearest`] looks for a similar name \[bytes\].
 const LONGEST: usize = 200;
 
 /// Returns the name among `known` that shares the most pairs of neighboring letters with `name`. Returns `None` if no known name is

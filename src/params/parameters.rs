@@ -11,7 +11,7 @@ use std::time::Duration;
 /// `#[parameter(...)]` give the rest:
 /// - `default = 0.5`: the default value. Without this keyword, the default is 0, false or empty.
 /// - `range = 0.0..=1.0`: the allowed range.
-/// - `one_of = NAMES`: the allowed names, for a value that is read from its name.
+/// - `one_of = NAMES`: the allowed names, for a field whose type is parsed from a name.
 /// - `name = "..."`: the parameter's name, if it differs from the field's.
 /// - `fixed`: the parameter is read-only while the node runs.
 /// - `required`: the user must give a value, because no default would be useful.
@@ -59,7 +59,7 @@ impl Declarer {
         Self { values: values.into_iter().collect(), declared: Vec::new() }
     }
 
-    /// Returns the declarations in their order.
+    /// Returns the declarations, in the order in which the parameters were declared.
     pub fn into_declarations(self) -> Vec<Declaration> {
         self.declared
     }

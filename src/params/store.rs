@@ -41,8 +41,8 @@ impl ParameterStore {
         P::declare(&mut Declarer::new(self.values()))
     }
 
-    /// Sets a value before the node starts. Only this method can set a read-only parameter. Ignores the names of other nodes'
-    /// parameters that [`new`](Self::new) got, and names that ROS 2 itself gives to every node, such as `qos_overrides.…`.
+    /// Sets a value before the node starts. Only this method can set a read-only parameter. Ignores the names `also_known` that were
+    /// given to [`new`](Self::new), and names that ROS 2 itself gives to every node, such as `qos_overrides.…`.
     ///
     /// # Errors
     /// [`ParameterError`] if the value does not fit or the name is unknown. ROS 2 itself ignores unknown names, and so hides typing

@@ -43,8 +43,11 @@ impl Value {
         }
     }
 
-    /// Converts this value to the type of `like` if possible. Integers become doubles, and an empty array becomes an empty array of
-    /// the other type. rclcpp, in contrast, rejects an integer for a double, so that users must write `1.0`.
+    /// Converts this value to the type of `like`. Integers become doubles, and an empty array becomes an empty array of that type.
+    /// rclcpp, in contrast, rejects an integer for a double, so that users must write `1.0`.
+    ///
+    /// # Errors
+    /// Returns this value unchanged if it cannot be converted.
     pub fn convert_like(self, like: &Self) -> Result<Self, Self> {
         match (self, like) {
             (Self::Integer(i), Self::Double(_)) => Ok(Self::Double(i as f64)),
@@ -79,7 +82,7 @@ fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text. The text is written without quotes if every ROS 2 tool reads the result as a text.
+/// A text to write as YAML. It is written without quotes if every ROS 2 tool then still reads it as a text.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {

@@ -1,8 +1,8 @@
-//! The escape from a singularity at which a law stands still although the error can be reduced there.
+//! The escape from a singularity at which a law stands still, although the joints could reduce the error.
 //!
-//! If the error `e` lies in a direction in which the joints cannot move the tool, `Jᵀ e = 0`: a law that feeds back the error
-//! stands. Close to such a configuration the law starts very slowly. The configuration is a critical point of `½|e|²`. At a saddle,
-//! such as a folded elbow and a goal farther out, the error falls to second order along the direction of the most negative
+//! If the error `e` lies in a direction in which the joints cannot move the tool, `Jᵀ e` is 0. Then a law that feeds back the error
+//! stands still, and close to such a configuration it starts very slowly. Such a configuration is a critical point of `½|e|²`. At a
+//! saddle, such as a folded elbow and a goal farther out, the error falls to second order along the direction of the most negative
 //! curvature, both forward and backward. At a minimum, no configuration nearby is nearer to the goal.
 
 use dq_algebra::UnitDualQuaternion;
@@ -19,7 +19,7 @@ pub const ESCAPE_SPEED: f64 = 0.3;
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// A curvature is computed from `Jᵀ e` at two configurations. This is half the distance between them \[rad, prismatic: m\].
+/// Half the distance between the two configurations at which `Jᵀ e` is computed for a curvature \[rad, prismatic: m\].
 const STEP: f64 = 1e-5;
 
 /// Number of times that a matrix is squared in the search for its largest eigenvalue. The 2²⁰th power of the matrix separates

@@ -1,4 +1,5 @@
-//! Searches for joint positions within the limits at which the tool is at its goal, in any configuration of the arm.
+//! Searches for joint positions that bring the tool to its goal. The positions are within the limits, in any configuration of the
+//! arm.
 //!
 //! From many starts, spread evenly over the joint ranges, the search reduces the error by damped least squares (Wampler 1986;
 //! Nakamura & Hanafusa 1986). The damping falls with the error (Sugihara 2011). So the search also reaches goals at singularities,
@@ -22,30 +23,31 @@ const STEPS: u32 = 60;
 /// Largest step of a joint \[rad, prismatic: m\]. The linearization is good enough for a step up to this size.
 const LONGEST_STEP: f64 = 0.5;
 
-/// The λ of the [damped inverse](Damping) is this fraction of the error, within the bounds [`DAMPINGS`]. Its σ₀, the singular value
-/// below which it damps, equals λ.
+/// The λ of the [damped inverse](Damping) is about this fraction of the error; [`DAMPINGS`] has its bounds. The inverse damps below
+/// the singular value σ₀, which equals λ.
 const DAMPING: f64 = 0.3;
 
-/// The first number bounds the product of `DAMPING` and the error. λ and σ₀ are this product plus the second number.
+/// The bounds of λ in the [damped inverse](Damping): `λ = min(DAMPING · error, first number) + second number`.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
 /// The fraction of the goal tolerance within which the search counts the goal as reached. It is less than 1, so that the law
 /// settles at the positions found.
 const CLOSE: f64 = 0.1;
 
-/// The range of a prismatic joint without limits, on each side of its position \[m\].
+/// The range in which a prismatic joint is searched, on each side of its present position \[m\]. Position limits may shift or narrow
+/// this range.
 const SLIDE: f64 = 1.0;
 
 /// The task of a search: the goal, and the present state and limits of the arms that are to reach it.
 #[derive(Clone, Copy, Debug)]
 pub struct Question<'a> {
-    /// The pose of the tool in the base frame that the arms are to reach; for two arms, see [`Arms::pose`].
+    /// The pose that the tool is to reach, in the base frame. For two arms, see [`Arms::pose`].
     pub goal: &'a UnitDualQuaternion,
     /// The components of the pose that count.
     pub aim: Aim,
     /// The errors within which the goal counts as reached.
     pub tolerance: Tolerance,
-    /// The tool offset: the pose of the tool relative to the flange, the frame that the tool has without an offset.
+    /// The tool offset: the pose of the tool relative to the flange. The flange is the frame that the tool has without an offset.
     pub tool_offset: &'a UnitDualQuaternion,
     /// The present joint positions \[rad, prismatic: m\].
     pub from: &'a [f64],
@@ -85,8 +87,8 @@ pub struct Found<'a> {
     pub asked: Duration,
     /// The number of starts that the search has tried.
     pub starts: u32,
-    /// The positions of all joints that reach the goal \[rad, prismatic: m\], with the shortest travel time; `None` if the search has
-    /// found none.
+    /// The joint positions that bring the tool to the goal in the shortest travel time found \[rad, prismatic: m\]; `None` if the
+    /// search has not reached the goal.
     pub positions: Option<&'a [f64]>,
 }
 
@@ -147,9 +149,9 @@ impl Search {
         Found { asked: self.asked.unwrap_or_default(), starts: self.starts, positions }
     }
 
-    /// Sets the positions to the next start. Start 0 is at the arm's own positions. In start n, joint i (counted from 1) is at the
-    /// fraction `frac(½ + n φᵢ)` of its range. Here `φᵢ = g⁻ⁱ` and `g^(d+1) = g + 1` for d joints. This sequence leaves no large
-    /// gaps (Roberts 2018).
+    /// Sets the trial positions to the next start. Start 0 is at the positions of the arms when the servo asked. In start n, joint i
+    /// (counted from 1) is at the fraction `frac(½ + n φᵢ)` of its range. Here `φᵢ = g⁻ⁱ` and `g^(d+1) = g + 1` for d joints. This
+    /// sequence leaves no large gaps (Roberts 2018).
     fn start(&mut self) {
         let (from, limits) = (&self.from, &self.limits);
         let root = (0..ROOT_STEPS).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (from.len() as f64 + 1.0)));
@@ -194,9 +196,10 @@ impl Search {
         false
     }
 
-    /// Stores the positions found if their travel time is shorter than that of all positions before. First shifts each revolute
-    /// joint by whole turns, within its limits, to the equivalent position that is nearest to the joint's position when the servo
-    /// asked.
+    /// Stores the positions found if their travel time is the shortest so far.
+    ///
+    /// Before that, shifts each revolute joint by whole turns, within its limits, so that it is as near as possible to its position
+    /// when the servo asked.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;

@@ -10,7 +10,7 @@ use reference::{distance, json, numbers};
 use std::f64::consts::PI;
 use tolerance::{ALGEBRA, REFERENCE};
 
-/// Tolerance of logarithms of rotations near π, whose translation amplifies the rounding error of the angle.
+/// Tolerance for logarithms of poses with a rotation near π. There the translation multiplies the rounding error of the angle.
 const LOG: f64 = 1e-11;
 
 fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
@@ -190,7 +190,7 @@ fn poses_come_from_and_go_to_nalgebra() {
     assert_eq!((turned.rotation(), turned.translation()), (rotation, Vector3::zeros()));
 }
 
-/// For each start, this checks screws of every angle, with both signs of `other`.
+/// Checks screws of many angles from each start pose. The end pose has either sign of its quaternion.
 #[test]
 fn sclerp_follows_the_shorter_screw() {
     let starts = [Vector6::zeros(), Vector6::new(0.3, -0.2, 0.7, 0.1, 0.2, -0.1)]

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// The parsed numbers of the reference work. Parsing once is faster: laws are integrated with these numbers.
+/// The numbers of the reference work. They are parsed only once, because the tests read them often.
 static JSON: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../../../tests/data/reference.json")).unwrap());
 

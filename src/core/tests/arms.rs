@@ -1,4 +1,4 @@
-//! Each built-in arm moves to a goal and back. An arm for which there is also a robot description agrees with that description.
+//! Each built-in arm moves to a goal and back, and so does an arm from a robot description.
 
 use crate::rig::Rig;
 use dq_config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};

@@ -1,5 +1,5 @@
-//! Arms of fewer than six joints move to goals that they can reach. For each arm, the tests also check the motion that the task
-//! leaves free.
+//! Arms move to goals of tasks that determine less than a pose, so that arms of fewer than six joints can reach them. The tests also
+//! check the motion that a task leaves free.
 
 use crate::aims::{LESS, missed, turned};
 use crate::reference::puma;
@@ -28,7 +28,7 @@ fn five_joints() -> Chain {
     Chain::new(Convention::StandardDh, &rows()).unwrap()
 }
 
-/// Returns a robot description of joints in a row, each given by its axis and the origin of its link.
+/// Returns the URDF of an arm. `joints` has the axis of each joint and the origin of its frame in the previous link, base first.
 fn urdf(joints: &[(&str, &str)]) -> String {
     let mut text = "<robot name=\"arm\"><link name=\"link0\"/>".to_owned();
     for (i, (axis, origin)) in joints.iter().enumerate() {
@@ -142,8 +142,8 @@ fn six_joints_go_to_positions_and_axes_too() {
     }
 }
 
-/// A tool axis that leaves the plane of the arm's links is beyond the arm. The arm stalls if the task includes this axis. It
-/// arrives if the task is the position alone.
+/// The arm cannot turn its tool axis out of the vertical plane of its links, as this goal demands. So the arm stalls if the task
+/// includes the axis, and arrives if the task is the position alone.
 #[test]
 fn what_the_arm_cannot_do_is_asked_for_or_not() {
     let chain = five_joints();

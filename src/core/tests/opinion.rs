@@ -1,6 +1,8 @@
 //! A model of consent that is independent of the servo: it implements the page on safety alone. The model receives every message
 //! and sees the simulated robot. It never reads the servo's state.
 //!
+//! A request is *pushed* when its publisher sends the first message after a silence. Later messages continue the same request.
+//!
 //! The page leaves some facts open for a short time: by one cycle, by the age of a joint state, or by the 50 ms of a jump. Each
 //! time is therefore a [`Span`], and each conclusion a [`Truth`].
 
@@ -82,6 +84,7 @@ enum Kind {
 /// The messages of one publisher since its last silence.
 #[derive(Clone, Copy, Debug)]
 struct Stream {
+    /// When the first message was sent. The request counts as made at this time.
     pushed: Span,
     /// When the first message arrived.
     first: Duration,
@@ -96,15 +99,16 @@ struct Stream {
 /// The goal in force.
 #[derive(Clone, Debug)]
 struct Wanted {
+    /// When the goal was requested.
     pushed: Span,
     came: Duration,
     /// The pose of the goal; `None` if an older goal may still be in force.
     pose: Option<UnitDualQuaternion>,
-    /// Whether the goal is joint positions.
+    /// Whether the goal consists of joint positions.
     by_joints: bool,
 }
 
-/// The joint states of one arm that were delivered.
+/// The joint states that the servo has received for one arm.
 #[derive(Clone, Debug, Default)]
 struct DeliveredStates {
     came: Option<Duration>,
@@ -121,15 +125,15 @@ pub const REST: Duration = Duration::from_millis(1300);
 /// over up to 1 s, waits 0.4 s for a response, tries again, and revokes consent after `rearm_timeout` (1 s).
 const DOUBT: Duration = Duration::from_millis(3500);
 
-/// A judge of whether the arm may move, and whether it must.
+/// The model of consent. It judges whether the arm may move, and whether the arm must move.
 #[derive(Debug)]
 pub struct Opinion {
     settings: Settings,
     period: Duration,
     streams: HashMap<(Kind, u32), Stream>,
-    /// Requests that were pushed before this time are revoked.
+    /// Requests that were made (pushed) before this time are revoked.
     revoked: Span,
-    /// When a twist was last obeyed. Goals that were pushed before this time are revoked.
+    /// When a twist was last obeyed. Goals that were requested before this time are revoked.
     jogged: Span,
     goal: Option<Wanted>,
     /// When the goal's frame was lost, and whether the loss is certain.
@@ -187,12 +191,13 @@ impl Opinion {
         if ago.is_zero() { No } else { self.is_longer(ago, timeout) }
     }
 
-    /// Revokes the requests that were pushed before `until`.
+    /// Revokes the requests that were made before `until`.
     fn revoke(&mut self, until: Span) {
         self.revoked = self.revoked.later(until);
     }
 
-    /// Revokes the requests that were pushed before `now`, if the truth `is` says so.
+    /// Revokes the requests that were made before `now`, if `is` is `Yes`. If `is` is `Maybe`, it is afterwards uncertain whether
+    /// they are revoked.
     fn revoke_if(&mut self, is: Truth, now: Duration) {
         match is {
             No => {}
@@ -212,8 +217,8 @@ impl Opinion {
         now <= self.doubtful
     }
 
-    /// Takes a message of the publisher `by`, sent at `sent` and received at `came`. Returns the time at which the publisher's
-    /// request was pushed.
+    /// Takes a message of the publisher `by`, sent at `sent` and received at `came`. Returns the time at which the publisher made its
+    /// request.
     fn hear(&mut self, by: (Kind, u32), sent: Duration, came: Duration, is_usable: bool) -> Span {
         let fresh = Stream { pushed: Span::at(sent), first: came, sent, came, is_usable };
         let stream = self.streams.get(&by).map_or(fresh, |before| {
@@ -250,7 +255,7 @@ impl Opinion {
         self.hear((Kind::Twists, sent.by), now - sent.ago, now, false);
     }
 
-    /// Returns whether a request that was pushed at `pushed` asks for a goal.
+    /// Returns whether a goal that was requested at `pushed` is in force: it is newer than every revocation and every obeyed twist.
     fn asks(&self, pushed: Span) -> Truth {
         pushed.is_after(self.revoked).min(pushed.is_after(self.jogged))
     }
@@ -306,7 +311,7 @@ impl Opinion {
         self.goal.iter_mut().for_each(|goal| (goal.pose, goal.came) = (goal.pose.map(|_| pose), now));
     }
 
-    /// Returns whether the goal in force is certainly joint positions, which no frame moves.
+    /// Returns whether the goal in force certainly consists of joint positions. No frame moves such a goal.
     fn is_of_joints(&self) -> bool {
         self.goal.as_ref().is_some_and(|goal| goal.by_joints && goal.pose.is_some())
     }
@@ -409,8 +414,8 @@ impl Opinion {
         self.rival_of_commands = rival;
     }
 
-    /// Takes a joint state that `source` measured at `measured` and that arrives at `now`. Returns whether the robot may have come
-    /// back with this joint state.
+    /// Takes a joint state of the publisher `source`, measured at `measured` and received at `now`. Returns whether the robot may
+    /// have been away before this joint state.
     pub fn state(
         &mut self,
         arm: usize,
@@ -449,8 +454,8 @@ impl Opinion {
         was_away != No
     }
 
-    /// Revokes the requests that were pushed before a jump. A jump is a motion since the joint state `before` that is longer than
-    /// the joint's velocity limit allows.
+    /// Revokes the requests that were made before a jump. A joint has jumped if it has moved farther since the joint state `before`
+    /// than its velocity limit allows.
     fn watch_for_jumps(
         &mut self,
         arm: usize,
@@ -498,7 +503,7 @@ impl Opinion {
         }
     }
 
-    /// Returns whether two publishers of this kind are present.
+    /// Returns whether two publishers of this kind are rivals: their messages alternate, and both request a motion.
     fn rivals(&self, kind: Kind, now: Duration) -> Truth {
         let streams = || self.streams.iter().filter(|((of, _), _)| *of == kind);
         let is_there = |it: &Stream| !self.is_longer(age(now, it.came), self.silence());
@@ -516,7 +521,7 @@ impl Opinion {
         rivals.max().unwrap_or(No)
     }
 
-    /// Returns whether two publishers of one arm's joint states alternate without a pause, or two publishers of its commands.
+    /// Returns whether an arm has two publishers of joint states that alternate without a pause, or two publishers of commands.
     fn two_publishers(&self, now: Duration) -> bool {
         let recent = |heard: Duration| age(now, heard) < self.settings.state_timeout / 2;
         let two = |arm: &DeliveredStates| {

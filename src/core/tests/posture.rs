@@ -7,8 +7,8 @@ use dq_core::servo::{Posture, State};
 
 const ARM: &str = "panda";
 
-/// Moves the arm eight times through three poses. Returns the largest change of a joint between the first and the last time at the
-/// first pose \[rad\].
+/// Moves the arm eight times through three poses. Returns the largest difference of a joint's position between the end of the first
+/// round and the end of the last round \[rad\].
 fn drift(gain: f64) -> f64 {
     let (mut parameters, start) = (servo(ARM), start(ARM));
     parameters.settings.posture.gain = gain;
@@ -43,8 +43,8 @@ fn the_posture_of_the_start_comes_back_by_itself() {
     assert!(without > 0.1 && with < 0.02, "{without} rad, with the default {with} rad");
 }
 
-/// Moves to a goal and waits ten seconds. Returns how far the joints are from the posture when the arm settles and ten seconds
-/// later, and how far the tool strays in these ten seconds \[m\].
+/// Moves to a goal and waits ten seconds. Returns how far the joints then are from the posture \[rad\], the time until the arm
+/// settled \[s\], and how far the tool strays from the goal in the last five seconds \[m\].
 fn moved(gain: f64) -> (f64, f64, f64) {
     let (mut parameters, start) = (servo(ARM), start(ARM));
     // The goal allows many postures; this is one of them.

@@ -1,4 +1,4 @@
-//! The arm of the reference work, its joint positions there, and the settings of the servos for this arm.
+//! The arm of the reference work, joint positions from that work, and the settings of the servos for this arm.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};

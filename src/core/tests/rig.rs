@@ -56,13 +56,13 @@ pub struct Rig {
     pub state_delay: Duration,
     /// Whether joint states have stamps, by a clock that agrees with the servo's.
     pub stamped: bool,
-    /// The age of joint states by their stamps, less their real age.
+    /// The time that is added to the age of joint states in their stamps.
     pub stamp_error: Duration,
     /// The time from one joint state to the next.
     pub state_interval: Duration,
     /// Whether joint states carry velocities.
     pub with_velocities: bool,
-    /// A joint that does not move.
+    /// The joint that is stuck, counted from 0, arm after arm.
     pub stuck_joint: Option<usize>,
     /// A fault of the wires: a function that changes each velocity command on its way to the robot.
     pub wires: fn(&mut [f64]),
@@ -75,14 +75,15 @@ pub struct Rig {
     pub check_tools: bool,
     /// The publisher of the joint states.
     pub source: u32,
-    /// The search for other configurations. `None`: nobody answers.
+    /// The search for other configurations; `None` if nobody answers the servo's questions.
     pub search: Option<Search>,
     /// How long the search takes to answer.
     pub search_time: Duration,
     answer: Option<Duration>,
     /// Number of memory allocations in the servo's cycles.
     pub allocations: u64,
-    /// The speed by which a pull slows each joint down, under commands of velocities [rad/s].
+    /// The speed that an external force, such as gravity, subtracts from the commanded speed of each joint [rad/s]. It acts only if
+    /// the commands are velocities.
     pub pull: Vec<f64>,
     /// A second publisher of the joint states.
     pub second_source: Option<u32>,
@@ -90,11 +91,11 @@ pub struct Rig {
     deaf: bool,
     /// The independent model of who may move the arm.
     opinion: Opinion,
-    /// Since when the arm must move but has not moved.
+    /// The time since which the arm must move; `Duration::MAX` once the arm has moved, `None` if it need not move.
     awaited: Option<Duration>,
-    /// Whether the robot stands; `None` while the robot obeys its commands.
+    /// How the robot disobeys its last command: true if it stands instead, false if it moves differently; `None` if it obeys.
     altered: Option<bool>,
-    /// The robot's last command.
+    /// The last command that has reached the robot.
     asked: Vec<f64>,
     /// Since when each joint has not moved in spite of its command.
     refused: Vec<Option<Duration>>,
@@ -102,20 +103,20 @@ pub struct Rig {
     shown: Vec<f64>,
     /// The positions in the last joint states \[rad\].
     seen: Vec<f64>,
-    /// When the robot last came back.
+    /// When the robot last came back after an interruption of its joint states or of the commands.
     came: Duration,
     /// The last output that was not `None`.
     last_sent: Vec<f64>,
-    /// When `integral` was last on.
+    /// The last time at which the parameter `integral` was on; zero if it never was.
     held: Duration,
     initial: Settings,
-    /// The publisher of the next single goal. Each `ros2 topic pub --once` is a publisher of its own.
+    /// The number of the last publisher of a single goal. Each single goal gets a new publisher, as with `ros2 topic pub --once`.
     next_publisher: u32,
     /// Number of cycles after which another servo takes over with the saved state of the present servo; 0: never.
     pub restored_each: u32,
     /// The output of each cycle, if the test wants it.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
-    /// The parameters from which another servo is built, with the settings of the present servo.
+    /// The parameters from which [`restore`](Self::restore) builds another servo. Its settings are those of the present servo.
     parameters: ServoParameters,
     period: Duration,
     cycles: u32,
@@ -145,7 +146,7 @@ impl Rig {
         Self::start(parameters, starts(&["theta_initial"]))
     }
 
-    /// Returns a rig with the paper's arm at its start, whose servo runs at `rate` \[Hz\].
+    /// Returns a rig with the paper's arm at its start. The servo runs at `rate` \[Hz\].
     pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings)) -> Self {
         let mut parameters = parameters();
         change(&mut parameters.settings);
@@ -301,7 +302,7 @@ impl Rig {
         self.take_single(&reading(pose, 0)).unwrap();
     }
 
-    /// Sends a single goal of a new publisher, which the servo may reject.
+    /// Sends a single goal of a new publisher. The servo may reject the goal.
     pub fn take_single(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
         let sent = Sent { by: self.next_publisher(), ..goal.sent };
         self.take_goal(&GoalReading { sent, ..*goal })
@@ -370,7 +371,7 @@ impl Rig {
         frame.is_empty() || frame.trim_start_matches('/') == self.parameters.goal_frame
     }
 
-    /// Sends a goal that waits for its frame.
+    /// Sends a goal whose frame TF does not have yet, so that the goal must wait.
     pub fn goal_waits(&mut self, sent: Sent) {
         self.opinion.unusable_goal(sent, self.now);
         self.servo.begin(self.now);
@@ -485,8 +486,8 @@ impl Rig {
         self.pull.fill(0.0);
     }
 
-    /// Skips `missed` cycles of the servo. If `heard`, the servo receives the joint states that are due before its next cycle;
-    /// otherwise it receives them after that cycle.
+    /// Skips `missed` cycles of the servo, and then runs one cycle. If `heard`, this cycle receives the joint states that are due;
+    /// otherwise the cycle after it receives them.
     pub fn gap(&mut self, missed: u32, heard: bool) {
         self.deaf = !heard;
         self.cycle_late(missed);
@@ -695,8 +696,8 @@ impl Rig {
     }
 }
 
-/// Returns the limits to check. `is_held` says whether joints may have or have had a hold against a pull. Such joints may
-/// decelerate with the largest deceleration that was ever in force. `steepest` stores the largest deceleration so far [rad/s²].
+/// Returns the limits to check. `is_held` says whether the parameter `integral` is or was on. Then joints may accelerate with the
+/// largest deceleration that was ever in force. `steepest` stores this deceleration for each joint [rad/s²].
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {

@@ -14,8 +14,8 @@ use std::time::Duration;
 /// Number of tasks per arm.
 const TASKS: usize = 60;
 
-/// Searches for joint positions at which the tool has its pose at the positions `there`. The search begins at the positions `here`
-/// and uses `starts` starts. Checks that the tool has this pose at the result, and that the result is within the limits.
+/// Searches for joint positions that give the tool the same pose as the positions `there`. The search begins at the positions `here`
+/// and tries `starts` starts. Checks that the result gives the tool this pose and is within the limits.
 fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) -> Option<Vec<f64>> {
     let ServoParameters { arms, settings, .. } = parameters;
     let mut arms = arms.clone();

@@ -1,5 +1,5 @@
-//! Checks the output against the limits. The output continues from the last output, or from the robot's motion if the robot has
-//! stood since.
+//! Checks the output against the limits. Each output must continue from the last output or, if the robot may have stopped since
+//! then, from the robot's present motion.
 
 use crate::invariants::Invariants;
 use crate::opinion::Truth;
@@ -13,11 +13,11 @@ const ROUNDING: f64 = 1e-12;
 /// last output.
 pub type Step<'a> = (Option<&'a [f64]>, &'a [f64]);
 
-/// The output of each cycle.
+/// Checks the output of each cycle against the limits.
 pub struct Sent {
     invariants: Invariants,
     period: Duration,
-    /// The time as a number of cycles: a late cycle may not change the speed more than any other cycle.
+    /// The number of cycles, which serves as the clock of the checks. So a late cycle may not change the speed more than any other.
     cycles: u32,
     last: Option<Duration>,
 }

@@ -66,14 +66,14 @@ pub struct Sim {
     pub obeys: bool,
     pub connected: bool,
     pub wires: Change,
-    /// The speed by which each joint is slowed down while the robot obeys [rad/s].
+    /// The speed that an external force subtracts from the commanded speed of each joint while the robot obeys [rad/s].
     pub pull: Vec<f64>,
-    /// The speed at which each joint is pushed while the robot does not obey [rad/s].
+    /// The speed at which an external force moves each joint while the robot does not obey [rad/s].
     pub push: Vec<f64>,
     /// Changes the positions that the encoders report.
     pub encoder: Change,
     pub timeout: f64,
-    /// The largest random time by which a joint state arrives later than `state_delay` \[s\].
+    /// The source of a random time that is added to `state_delay`, and the largest such time \[s\]; `None`: no random time.
     pub jitter: Option<(Random, f64)>,
     commands: VecDeque<(f64, Vec<f64>)>,
     in_force: Option<(f64, Vec<f64>)>,

@@ -14,10 +14,10 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// Two lengths \[m\]: the distance of a goal from the arm's foot, and an upper bound of the reach from the foot. The foot is the
-/// base.
-/// If prismatic joints carry the whole arm, the foot is the end of these joints, at its position nearest to the goal. For two arms,
-/// the lengths are the distance between the tools at the goal, and an upper bound of the distance between the tools.
+/// Two lengths \[m\]: the distance of a goal from the arm's foot, and an upper bound of the reach from the foot.
+///
+/// The foot is the base or, if prismatic joints carry the whole arm, the end of these joints at its position nearest to the goal.
+/// For two arms, the lengths are the distance between the tools at the goal, and an upper bound of the distance between the tools.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// The distance of the goal.
@@ -107,15 +107,15 @@ impl Arms {
         self.chains().flat_map(|chain| chain.kinds().iter().copied()).collect()
     }
 
-    /// Sets the tool offset of each arm: the pose of the tool relative to the flange, the tool frame without an offset. The offset
-    /// applies from the next [`evaluate`](Self::evaluate) on.
+    /// Sets the tool offset of each arm: the pose of the tool relative to the flange. The flange is the frame that the tool has
+    /// without an offset. The offset applies from the next [`evaluate`](Self::evaluate) on.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.left.chain.set_tool_offset(tool_offset);
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));
     }
 
-    /// Evaluates the arms at the joint positions `theta` \[rad, prismatic: m\], arm after arm. An arm whose number of positions is
-    /// wrong keeps its last positions.
+    /// Evaluates the arms at the joint positions `theta` \[rad, prismatic: m\], arm after arm. An arm that gets too few or too many
+    /// positions keeps its previous state.
     pub fn evaluate(&mut self, theta: &[f64]) {
         let (of_left, of_right) = self.split(theta);
         self.left.evaluate(of_left);
@@ -143,8 +143,9 @@ impl Arms {
         self.state().base_from_tool()
     }
 
-    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose).
-    /// For a single arm this is the flange, the tool frame without an offset. For two arms it is the right tool.
+    /// Returns the orientation of the axes along which a twist in the tool frame is given. For a single arm, these are the axes of
+    /// the flange (the tool frame without an offset), in the base frame. For two arms, they are the axes of the right tool, in the
+    /// left tool's frame.
     pub fn tool_axes(&self) -> UnitQuaternion<f64> {
         let (tool, offset) = (self.pose().rotation(), self.left.chain.tool_offset().rotation());
         let is_tool_frame = self.right.is_some() || offset == UnitQuaternion::identity();

@@ -79,7 +79,7 @@ pub fn check(
     }
 }
 
-/// Checks a length of joint `joint` \[m\] against [`LENGTH`].
+/// Checks that `value`, a length \[m\] that belongs to joint number `joint`, is finite and at most [`LENGTH`].
 ///
 /// # Errors
 /// [`ArmError::NonFinite`] or [`ArmError::OutOfRange`].

@@ -164,7 +164,8 @@ impl Chain {
         };
     }
 
-    /// Returns the tool offset: the pose of the tool relative to the flange, the frame that the tool has without an offset.
+    /// Returns the tool offset: the pose of the tool relative to the flange. The flange is the frame that the tool has without an
+    /// offset.
     pub fn tool_offset(&self) -> &UnitDualQuaternion {
         &self.tool_offset
     }

@@ -6,7 +6,7 @@ use wide::f64x2;
 /// Two vectors. The first register has both x, the second both y, the third both z.
 pub(crate) type Pair = Vector3<f64x2>;
 
-/// A pair of zero vectors. The compiler would make a loop of nalgebra's zero vector.
+/// A pair of zero vectors. As a constant it needs no loop, unlike nalgebra's `Vector3::zeros()`.
 pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
 
 /// The motions that two joints give a tool at unit joint speed: first the two angular velocities of the tool, then the two

@@ -12,7 +12,7 @@ pub struct ArmState {
     rotation: UnitQuaternion<f64>,
     tool_point: Vector3<f64>,
     joint_count: usize,
-    /// The motions of the tool by pairs of joints. The last joint may be paired with a joint that does not move.
+    /// The motions of the tool by pairs of joints. If the number of joints is odd, the second motion of the last pair is zero.
     motions: Vec<Motions>,
 }
 
@@ -40,8 +40,8 @@ impl ArmState {
     ///
     /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`. A joint of the left arm moves the
     /// right tool in the opposite sense, by `−(l, v + l × (t_1 − t_2))`. Here t_1 and t_2 are the tool points of the right and the
-    /// left arm. Both states must be in one base frame. Then every statement about one arm also holds for two arms as one.
-    /// Allocates only if the state had another number of joints.
+    /// left arm. Both states must be in one base frame. The laws then treat both arms as one. Allocates only if the state had
+    /// another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let joint_count = left.joint_count + right.joint_count;
         if self.joint_count != joint_count {

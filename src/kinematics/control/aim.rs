@@ -28,7 +28,7 @@ named! {
 const NO_DIRECTION: f64 = 1e-12;
 
 impl Aim {
-    /// All aims, in the order of their names.
+    /// All aims, in the order of [`NAMES`](Self::NAMES).
     pub const ALL: [Self; 5] =
         [Self::Pose, Self::Position, Self::PositionAndAxis, Self::Orientation, Self::Distance];
 
@@ -41,7 +41,7 @@ impl Aim {
         "relative_distance",
     ];
 
-    /// Returns the number of components that the goal determines. If an arm has more joints than that, it has joints to spare.
+    /// Returns the number of components that the goal determines. An arm with more joints than this number is redundant.
     pub fn components(self) -> usize {
         match self {
             Self::Pose => 6,
@@ -51,7 +51,7 @@ impl Aim {
         }
     }
 
-    /// Returns the pose nearest to the tool's pose at which the tool meets the goal in the components of the aim. The rotation from
+    /// Returns the pose nearest to the tool's pose among the poses that meet the goal in the components of the aim. The rotation from
     /// the tool to that pose is the smallest possible.
     ///
     /// For [`PositionAndAxis`](Self::PositionAndAxis) the rotation is the shortest arc, in the plane of both z axes. If the z axes

@@ -17,7 +17,7 @@ named! {
     }
 }
 
-/// The names, defaults, range and unit of a law's gains, from which the parameter `gains.<law>` is declared.
+/// The names, defaults, range and unit of a law's gains. They declare the parameter `gains.<law>`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawGains {
     /// The names of the gains: one or two names.
@@ -48,7 +48,7 @@ impl LawGains {
     }
 }
 
-/// Largest number of numbers that a law can remember.
+/// The size of the largest memory that a law can have: how many numbers it can keep from cycle to cycle.
 pub const MEMORY: usize = 24;
 
 /// The input of a law with a memory in one cycle, along the tool's axes.
@@ -58,9 +58,9 @@ pub struct ToolMotion {
     pub gains: [f64; 2],
     /// The goal relative to the tool. Components that the [`Aim`] leaves free are 0.
     pub error: PoseError,
-    /// The twist `(ω, v)` of the tool by the last command [rad/s, m/s].
+    /// The twist `(ω, v)` that the previous command gives the tool [rad/s, m/s].
     pub twist: AngularLinear,
-    /// The time since the last cycle \[s\].
+    /// The time since the previous cycle \[s\].
     pub period: f64,
 }
 

@@ -93,8 +93,8 @@ impl Controller {
     /// quaternion decides between two rotations: see [`nearer_goal`](super::nearer_goal). Ignores the memory of a law that has one:
     /// see [`LawMemory`](super::LawMemory). Does not allocate.
     ///
-    /// The caller must pass a `theta_dot` with one number per joint, which is not checked. A shorter slice gets the velocities of
-    /// the first joints only; the end of a longer slice is undefined.
+    /// The caller must pass a `theta_dot` with one number per joint. This is not checked: a shorter slice gets the velocities of the
+    /// first joints only, and the end of a longer slice is undefined.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         self.law.joint_velocity(&self.input(arm, base_from_goal), theta_dot);
     }

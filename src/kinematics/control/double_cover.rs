@@ -3,8 +3,8 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. Both represent the same pose. Use this function for a new goal
-/// `q_d`.
+/// Returns `q_d` or `−q_d`, whichever is nearer to the quaternion of the tool's pose. The two represent the same pose `q_d`. Use this
+/// function for a new goal.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,
@@ -16,26 +16,27 @@ pub fn nearer_goal(
 /// turns the tool toward them along different rotations. A remembered sign keeps the law from taking the longer rotation, and from
 /// alternating between the two rotations.
 ///
-/// A new goal gets the nearer sign. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. Here r_d and r are the real parts of the
-/// goal and of the tool's pose, and δ is the hysteresis. If the tool is about a half turn from the goal, noise thus does not
-/// switch the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and
-/// chattering in this manner.
+/// A new goal gets the sign that brings it nearer to the tool. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. Here r_d and r
+/// are the real parts of the goal and of the tool's pose, and δ is the hysteresis. If the tool is about a half turn from the goal,
+/// noise thus does not switch the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid
+/// both unwinding and chattering in this manner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignMemory {
     sign: f64,
 }
 
 impl SignMemory {
-    /// Chooses the nearer sign for a new goal.
+    /// Chooses the sign that brings a new goal nearer to the tool, as a quaternion.
     pub fn nearest(base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> Self {
         let near = base_from_goal.real().dot(&base_from_tool.real()) >= 0.0;
         Self { sign: if near { 1.0 } else { -1.0 } }
     }
 
     /// Returns the memory for the goal `next`, which replaces the goal `before`. The new sign is chosen so that the two goals, each
-    /// multiplied by its sign, are near each other as quaternions. So a stream of goals about a half turn from the
-    /// tool does not choose a direction again for each goal. If the tool must then turn farther than the hysteresis allows,
-    /// `apply` changes the sign.
+    /// multiplied by its sign, are near each other as quaternions.
+    ///
+    /// So the tool keeps its direction of rotation under a stream of goals, even if they are about a half turn away. If the tool must
+    /// then turn farther than the hysteresis allows, `apply` changes the sign.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }

@@ -7,8 +7,8 @@ use crate::arm::pair::{Motions, Pair, ZEROS, beside, dot, first, sum_twice, twic
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
-/// The matrix `J Jᵀ` of a 6×n Jacobian in four 3×3 blocks `[A C; Cᵀ D]`, angular first. A register has room for two numbers: here
-/// both halves contain the same number of the matrix.
+/// The matrix `J Jᵀ` of a 6×n Jacobian in four 3×3 blocks `[A C; Cᵀ D]`, angular first. Each register (`f64x2`) contains one element
+/// of the matrix, in both halves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gram {
     angular: Symmetric,
@@ -116,9 +116,8 @@ impl Gram {
     /// with these four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
     ///
     /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the
-    /// power series of 1/p (Bernoulli's method). This start is nearer to the smallest root than several steps from 0, and does not
-    /// pass the root. Halley's steps do not pass the root either. Each step triples the number of digits: usually one step is
-    /// enough.
+    /// power series of 1/p (Bernoulli's method). This start saves several steps from 0, and does not lie beyond the smallest root.
+    /// Halley's steps do not pass the root either. Each step triples the number of digits: usually one step is enough.
     #[inline(always)]
     fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
         let values = inverse.determinants();

@@ -157,7 +157,7 @@ macro_rules! built_in {
         impl Law {
             $($(#[$doc])* pub const $law: Self = Self { number: $number, law: &$is };)*
 
-            /// All built-in laws, in the order of the table.
+            /// All built-in laws, in the order of their numbers.
             pub const ALL: [Self; 12] = [$(Self::$law),*];
         }
     };
@@ -169,23 +169,24 @@ const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional
 }
 
 built_in! {
-    /// R⁸ difference × transpose: the paper's difference feedback (eq. 16–20).
+    /// The difference in R⁸, mapped by the transposed Jacobian: the paper's difference feedback (eq. 16–20).
     Diffc = 0: Diffc,
-    /// Dual quaternion of the error, `q* q_d − 1`, × damped inverse. This is the R⁸ difference relative to the tool, not `J₈⁺ (q_d
-    /// − q)`.
+    /// The dual quaternion of the error, `q* q_d − 1`, mapped by the damped inverse. This is the difference in R⁸ relative to the
+    /// tool, not `J₈⁺ (q_d − q)`.
     DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
-    /// Screw logarithm × damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
+    /// The screw logarithm, mapped by the damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
     Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),
-    /// Screw logarithm × transpose.
+    /// The screw logarithm, mapped by the transposed Jacobian.
     LogcTranspose = 3: proportional("logc_transpose", PoseError::screw_log, Map::Transpose),
-    /// Decoupled logarithm × damped inverse: rotation and translation move on separate geodesics (paper §10.1; Bullo & Murray 1995).
+    /// The decoupled logarithm, mapped by the damped inverse. Rotation and translation move on separate geodesics (paper §10.1; Bullo
+    /// & Murray 1995).
     DoubleGeodesic = 4: proportional("double_geodesic", PoseError::decoupled_log, Map::DampedInverse),
-    /// Decoupled logarithm × transpose.
+    /// The decoupled logarithm, mapped by the transposed Jacobian.
     DoubleGeodesicTranspose = 5: proportional("double_geodesic_transpose", PoseError::decoupled_log, Map::Transpose),
-    /// Vector part of the unit quaternion × damped inverse: the most common closed-loop inverse kinematics (Chiaverini & Siciliano
-    /// 1999).
+    /// The vector part of the unit quaternion, mapped by the damped inverse: the most common closed-loop inverse kinematics
+    /// (Chiaverini & Siciliano 1999).
     UnitQuaternion = 6: proportional("unit_quaternion", PoseError::vector_part, Map::DampedInverse),
-    /// Vector part of the unit quaternion × transpose.
+    /// The vector part of the unit quaternion, mapped by the transposed Jacobian.
     UnitQuaternionTranspose = 7: proportional("unit_quaternion_transpose", PoseError::vector_part, Map::Transpose),
     /// diffc_inverse, with gains from the weights of a quadratic cost (after Marinho, Figueredo & Adorno, IROS 2015).
     Lq = 8: Lq,

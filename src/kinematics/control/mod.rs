@@ -12,8 +12,8 @@
 //!
 //! The [`Aim`] may determine less than a pose. Then the goal in each cycle is the pose that meets the aim and is nearest to the
 //! tool's pose. The error then lies in the aim's rows of the Jacobian, and the map uses only these rows. The laws with the R⁸
-//! difference, diffc included, then use the error of diffc_inverse; diffc has a quarter of its gain. For a tool at the base frame's
-//! origin, that is the same law to first order.
+//! difference, diffc included, then use the error of diffc_inverse. In this case diffc uses a quarter of its gain: for a tool at the
+//! base frame's origin, that is the same law to first order.
 //!
 //! The reference work compares diffc with logc, which differ in both error and map. This table changes the two separately, on the work's own
 //! motion. It shows that the curved path, the overshoot and the high gain come from the transpose, not from R⁸:

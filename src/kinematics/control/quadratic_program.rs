@@ -30,9 +30,9 @@ pub struct QuadraticProgram {
     normal: Vec<f64>,
     /// The component of `normal` orthogonal to the active normals.
     step: Vec<f64>,
-    /// The components of `normal` along Q.
+    /// The components of `normal` along the columns of Q.
     parts: Vec<f64>,
-    /// The coefficients of `normal` in the active normals.
+    /// The coefficients of the active normals in their linear combination that is nearest to `normal`.
     relief: Vec<f64>,
     spare: Vec<f64>,
     wanted: Vec<f64>,
@@ -167,7 +167,7 @@ impl QuadraticProgram {
         most.0
     }
 
-    /// Moves `x` until the constraint is satisfied. Deactivates constraints whose multipliers become negative.
+    /// Moves `x` until the constraint is satisfied. On the way, deactivates each constraint whose multiplier would become negative.
     fn take_in(&mut self, constraint: usize, x: &mut [f64]) -> Result<(), Infeasible> {
         self.normal.clear();
         self.normal.extend_from_slice(&self.rows[constraint * self.count..][..self.count]);
@@ -233,7 +233,7 @@ impl QuadraticProgram {
     }
 
     /// Splits `normal` into its components along the first `active` columns of Q (`parts`) and the rest, which is orthogonal to
-    /// these columns (`step`). Then computes the coefficients of `normal` in the active normals (`relief`).
+    /// these columns (`step`). Then computes the coefficients of the active normals (`relief`).
     fn split(&mut self, active: usize) {
         let count = self.count;
         self.step.clear();

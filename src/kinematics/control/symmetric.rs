@@ -78,8 +78,8 @@ impl Symmetric {
         self.diagonal.x + self.diagonal.y + self.diagonal.z
     }
 
-    /// Returns two numbers: the first matrix of `self` times the first matrix of `other`, multiplied element by element and summed
-    /// over all nine elements, and likewise for the second matrices.
+    /// Returns the sum of the products of corresponding elements, over all nine elements: one number for the first matrices of
+    /// `self` and `other`, and one for the second matrices.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64x2 {
         dot(&self.diagonal, &other.diagonal) + dot(&self.others, &other.others) * 2.0

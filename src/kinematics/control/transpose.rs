@@ -5,8 +5,8 @@ use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;
 use dq_algebra::UnitDualQuaternion;
 
-/// Returns the moment and the force at the tool point whose [transpose](ArmState::apply_transpose) is `K Jᵀ(q_d − q)`, with the 8×n
-/// pose Jacobian J (eq. 16–20). J itself is never computed.
+/// Returns a moment and a force at the tool point. [`ArmState::apply_transpose`] turns them into the joint velocities
+/// `K Jᵀ(q_d − q)`, with the 8×n pose Jacobian J (eq. 16–20). J itself is never computed.
 ///
 /// Let the tool pose be `q = r + ε ½ t r`, the goal `q_d = g_r + ε g_d`, and the error `q_d − q = e_r + ε e_d`. Then
 /// `e_r r* = g_r r* − 1` and `e_d r* = g_d r* − ½ t`. Let E be the scalar part and F the vector part of `e_d r*`. Then the force is

@@ -1,4 +1,4 @@
-//! Laws with a memory: an integral law, whose law is known in closed form.
+//! Laws with a memory, such as an integral law, whose motion is known in closed form.
 
 use crate::puma::puma;
 use dq_kinematics::arm::ArmState;
@@ -7,7 +7,7 @@ use dq_kinematics::control::{
     pose_error, register,
 };
 
-/// `ξ = 2 X + ∫X dt` with the screw logarithm X.
+/// The integral law `ξ = 2 X + ∫X dt` with the screw logarithm X.
 struct Integral;
 
 impl ControlLaw for Integral {

@@ -9,7 +9,7 @@ use dq_kinematics::control::{
 };
 use nalgebra::{DVector, Vector3, Vector6};
 
-/// A free tool that moves at the law's twist.
+/// A free tool that moves with the law's twist.
 struct FreeBody {
     controller: Controller,
     goal_from_tool: UnitDualQuaternion,
@@ -35,8 +35,8 @@ fn with_gain(law: Law, gain: f64) -> Controller {
     controller().with_law(law, gain)
 }
 
-/// Moves the arm along the reference work's own motion. Returns the path length divided by the straight line, and the overshoot
-/// \[mm\].
+/// Moves the arm between the start and the goal of the reference work. Returns the path length divided by the straight line, and the
+/// overshoot \[mm\].
 fn motion(law: Law, gain: f64, step: f64) -> (f64, f64) {
     let mut control = Loop::new(law, pose("theta_desired"));
     control.controller = with_gain(law, gain);

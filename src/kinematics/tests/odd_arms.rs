@@ -1,4 +1,4 @@
-//! Arms with an odd number of joints. The program computes joints in pairs.
+//! Arms with an odd number of joints. They are a special case because the program computes joints in pairs.
 
 use crate::jacobians::{FINITE_DIFFERENCE, state};
 use crate::tolerance::ALGEBRA;
@@ -14,7 +14,8 @@ fn joint(kind: JointKind, along: Vector3<f64>, axis: Vector3<f64>) -> Joint {
     }
 }
 
-/// Joints are computed in pairs. Here one pair has a joint of each arm, and the last pair has a single joint.
+/// The program computes joints in pairs. In each of these arms of three joints, the last pair has a single joint. In both arms
+/// together, the second pair has a joint of each arm.
 #[test]
 fn arms_with_an_odd_number_of_joints_keep_their_order() {
     let joints = [

@@ -1,13 +1,13 @@
 //! The control step written directly by its formulas, with products of dual quaternions, 6×6 and 8×n matrices and their
-//! decompositions. The tests compare the program's own, faster control step with this one, to 1e-12. The rig `control_step`
-//! compares the times of the two.
+//! decompositions. The tests compare the program's own, faster control step with this one, to 1e-12. The benchmark `control_step`
+//! compares the times of both.
 
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::{Convention, DhRow};
 use dq_kinematics::control::Damping;
 use nalgebra::{Cholesky, Matrix6, Quaternion, Vector3, Vector6};
 
-/// An arm, given by the factors of its rows.
+/// An arm from DH rows, whose transforms are computed factor by factor.
 pub struct PlainArm {
     before_joint: Vec<UnitDualQuaternion>,
     tool: UnitDualQuaternion,

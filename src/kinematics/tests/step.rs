@@ -20,7 +20,7 @@ fn puma_rows() -> Vec<DhRow> {
     (0..6).map(row).collect()
 }
 
-/// Returns DH rows of seven joints with offsets. The program computes at most six joints at once.
+/// Returns DH rows of seven joints with offsets: one joint more than the program computes at once.
 pub fn seven_rows() -> Vec<DhRow> {
     let row = |i: usize| DhRow {
         alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
@@ -115,7 +115,8 @@ fn singular_configurations_agree_with_the_plain_step() {
     }
 }
 
-/// Without damping, an arm with one joint has no inverse. The arm still moves in its direction.
+/// Without damping, the matrix `J Jᵀ` of an arm with one joint has no inverse. The joint must still move with the twist's angular
+/// velocity about its axis.
 #[test]
 fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     let row = DhRow { alpha: 0.0, a: 0.0, d: 0.0, theta_offset: 0.0 };

@@ -52,7 +52,7 @@ fn said(attribute: &Attribute) -> syn::Result<HashMap<String, Option<Expr>>> {
     Ok(said)
 }
 
-/// Returns the initializer of the field: its name, and the expression that declares and reads its parameter.
+/// Returns the code that initializes the field: the field's name, and an expression that declares and reads its parameter.
 fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     let (ident, kind) = (&field.ident, &field.ty);
     let attribute = field.attrs.iter().find(|attribute| attribute.path().is_ident("parameter"));

@@ -1,6 +1,6 @@
 //! Checks the rules that every stream of commands must keep.
 //!
-//! The servo keeps its limits by other code. This check is independent of it.
+//! These checks are independent of the code with which the servo keeps its limits.
 
 mod slowing;
 
@@ -306,7 +306,8 @@ mod tests {
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
     }
 
-    /// Returns the check of the joint of [`moving`], with a jerk limit of 500 rad/s³. Successive steps may differ by 0.002 rad/s.
+    /// Returns the check of the joint of [`moving`] with a jerk limit of 500 rad/s³, after commands from rest up to 0.006 rad/s.
+    /// Successive changes of the speed may differ by 0.002 rad/s.
     fn eased() -> Invariants {
         let mut invariants = moving();
         invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });

@@ -12,8 +12,8 @@ use std::time::Duration;
 /// The time within which an arm with consent must move, even if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A speed a little above the probing speed [rad/s]. For at most [`REFUSED_WITHIN`] (plus the delays) the servo may command more
-/// than this to a joint that does not move.
+/// A speed a little above the speed with which the servo tests whether a joint moves [rad/s]. The servo may command more than this
+/// to a joint that does not move only for the time [`REFUSED_WITHIN`] plus the delays.
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 
@@ -53,12 +53,13 @@ impl Rig {
         self.check_that_it_moves(verdict, before);
     }
 
-    /// Returns whether the parameter `integral` was ever on. Such an arm may stand for a while after its hold has ended.
+    /// Returns whether the parameter `integral` was ever on. With `integral`, a part of each command balances an external force on
+    /// the arm.
     pub fn was_held(&self) -> bool {
         self.held > Duration::ZERO
     }
 
-    /// Returns whether joints may have a hold: `integral` is on, or was on within [`REST`].
+    /// Returns whether a part of the command may balance an external force: `integral` is on, or was on within the last [`REST`].
     fn is_held(&self) -> bool {
         self.now.saturating_sub(self.held) < REST
     }
@@ -72,7 +73,7 @@ impl Rig {
         let Some(sent) = self.output.clone() else { return Ok(()) };
         let settings = self.servo.settings();
         let (integral, takes_positions) = (settings.integral, settings.interface.takes_positions());
-        // With `integral`, joints have a hold against a pull. Afterwards the hold decreases slowly.
+        // With `integral`, a part of the command balances an external force. Afterwards this part decreases slowly.
         if integral > 0.0 {
             self.held = self.now;
         }
@@ -110,8 +111,8 @@ impl Rig {
         }
         let result = self.outputs.check(&steps, self.now, standing);
         self.last_sent.clone_from(&sent);
-        // An output of positions may return to the measured positions of a robot that behaves oddly. A hold continues after a
-        // robot stood because of its own timeout.
+        // An output of positions may return to the measured positions of a robot that behaves oddly. The part of the command that
+        // balances an external force continues after a robot stood because of its own timeout.
         let is_free = match takes_positions {
             true => self.opinion.doubts(self.now),
             false => is_held && has_come,
@@ -128,7 +129,8 @@ impl Rig {
         Ok(())
     }
 
-    /// Checks that the arm moves if `verdict` says that it must. Checks that the servo does not push a robot that does not move.
+    /// Checks that the arm moves if `verdict` says that it must. Also checks that the servo soon ceases to drive a joint that does
+    /// not move.
     fn check_that_it_moves(&mut self, verdict: Truth, before: Option<&[f64]>) {
         let settings = self.servo.settings();
         let is_patient = settings.progress_timeout.is_none_or(|timeout| timeout > MOVES_WITHIN);
@@ -195,12 +197,12 @@ impl Rig {
         panic!("not arrived: {} {:?}, {}", status.state, status.reason, self.opinion.explain());
     }
 
-    /// Notes which joints do not move. `asked` is the command, `done` is the robot's motion, and `stays` is the robot's motion if
-    /// it stands.
+    /// Notes which joints do not move. `asked` is the servo's command, `done` is the command that the robot carries out, and `stays` is a
+    /// command under which the robot stands.
     pub(super) fn note_refusals(&mut self, asked: &[f64], done: &[f64], stays: &[f64]) {
         let refuses = done == stays && asked != stays;
         self.altered = (asked != done).then_some(refuses);
-        // A joint that does not move although it is commanded to may have a hold against a pull.
+        // With `integral`, a joint that stands under a command may balance an external force.
         let is_held = self.is_held();
         let takes_positions = self.servo.settings().interface.takes_positions();
         let on = |joint: usize| match takes_positions {

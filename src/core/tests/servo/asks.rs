@@ -13,13 +13,13 @@ use dq_plant::Plant;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// Returns a goal a little to the side of the tool's start pose.
+/// Returns the tool's pose after each joint has moved by 0.4 rad from its start position.
 fn beside() -> UnitDualQuaternion {
     let theta: Vec<_> = theta("theta_initial").iter().map(|angle| angle + 0.4).collect();
     puma().forward_kinematics(&theta).unwrap()
 }
 
-/// Sends a goal of the publisher `by` every `every` cycles for `seconds`. Returns how far the joints move meanwhile \[rad\].
+/// Sends a goal of the publisher `by` every `every` cycles for `seconds`. Returns the sum of all joints' travel meanwhile \[rad\].
 fn stream(rig: &mut Rig, goal: &UnitDualQuaternion, by: u32, every: u32, seconds: f64) -> f64 {
     let cycles = (seconds / PERIOD.as_secs_f64()) as u32;
     let mut travelled = 0.0;
@@ -147,8 +147,8 @@ fn two_publishers_of_goals_are_rivals_and_one_that_sends_a_single_goal_is_none()
     rig.run_until(State::Settled, 20.0);
 }
 
-/// Streams goals at `rate` \[Hz\]: the tool's pose of `lag` cycles ago, with an offset. Returns the largest speeds of the tool
-/// [m/s, rad/s].
+/// Streams goals at `rate` \[Hz\]. Each goal is the pose that the tool had `lag` cycles earlier, plus `offset`. Returns the tool's
+/// largest linear and angular speed [m/s, rad/s].
 fn fed_back(offset: &UnitDualQuaternion, rate: f64, lag: u32, feed_forward: bool) -> (f64, f64) {
     let mut rig = Rig::with(|settings| settings.feed_forward = feed_forward);
     rig.set_law(Law::Logc);

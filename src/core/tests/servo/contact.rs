@@ -1,4 +1,4 @@
-//! A goal that yields to the wrench at the tool: against a wall of springs, and with a sensor that fails.
+//! Compliance: the goal yields to the wrench at the tool. The tests press the tool against an elastic wall, or let the sensor fail.
 
 use crate::reference::{parameters, puma};
 use dq_algebra::UnitDualQuaternion;
@@ -21,7 +21,7 @@ fn compliance() -> Compliance {
     ParameterStore::of::<Compliance>().and_then(|store| store.read()).unwrap()
 }
 
-/// A UR-like arm that follows at once, in front of a wall. The tool begins 1 cm before the wall.
+/// The paper's arm in front of a wall. The arm follows without delay, and the tool begins 1 cm before the wall.
 struct World {
     servo: Servo,
     names: Vec<String>,
@@ -31,14 +31,17 @@ struct World {
     into: Vector3<f64>,
     /// Stiffness of the wall [N/m].
     stiffness: f64,
-    /// How long the joint states and the wrench are under way.
+    /// The delay of joint states and wrenches \[cycles\].
     delay: usize,
     under_way: VecDeque<(Vec<f64>, f64)>,
     start: UnitDualQuaternion,
-    /// The factor of the sensor's force, and whether it reports at all.
+    /// The factor of the force that the sensor reports: −1 for an inverted sensor.
     sign: f64,
+    /// Whether the sensor reports nothing.
     silent: bool,
+    /// The force of the wall in this cycle \[N\].
     force: f64,
+    /// The largest force of the wall so far \[N\].
     largest: f64,
 }
 
@@ -68,7 +71,7 @@ impl World {
         puma().forward_kinematics(positions).unwrap()
     }
 
-    /// How far the tool is inside the wall \[m\].
+    /// Returns how far the tool is inside the wall \[m\]; negative if it is outside.
     fn depth(&self) -> f64 {
         (self.tool(&self.positions).translation() - self.start.translation()).dot(&self.into) - 0.01
     }

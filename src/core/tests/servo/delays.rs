@@ -9,7 +9,7 @@ use std::time::Duration;
 
 const MS: Duration = Duration::from_millis(1);
 
-/// A lower limit of joint 3 \[rad\]. On the way to the goal this joint has to go from 2.36 to 1.05 rad.
+/// A lower limit of joint 3 that keeps the arm from its goal \[rad\]: on the way there, the joint would go from 2.36 to 1.05 rad.
 const LOWEST: f64 = 1.6;
 
 #[test]
@@ -57,7 +57,8 @@ fn rule_18_position_limits_hold_for_an_arm_that_follows_with_a_lag() {
     }
 }
 
-/// Returns how often a joint changes its direction during the next `seconds`. Changes at speeds below 0.05 rad/s do not count.
+/// Runs until the arm settles, which must happen within `seconds`. Returns how often joints change their direction meanwhile.
+/// Changes at speeds below 0.05 rad/s do not count.
 fn turns_to_the_goal(rig: &mut Rig, seconds: f64) -> usize {
     let (mut turns, end) = (0, rig.now + Duration::from_secs_f64(seconds));
     let mut last = [0.0; 6];

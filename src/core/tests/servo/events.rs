@@ -15,13 +15,13 @@ pub enum Event {
     /// that sends only this goal.
     Goal(Option<u32>, [f64; 3], [f64; 4]),
     BadGoal(usize),
-    /// A goal of joint positions: the publisher as of other goals, the fractions of a radian by which the joints are to move, and
-    /// the age on arrival \[ms\].
+    /// A goal of joint positions: its publisher as in [`Event::Goal`], the angles by which the joints are to move \[rad\], and its
+    /// age on arrival \[ms\].
     Joints(Option<u32>, [f64; 4], u64),
     Stream(Stream),
     FrameLost,
     FeedForward(bool),
-    /// The tool becomes longer, or shorter.
+    /// The tool becomes longer (true) or shorter (false).
     Tool(bool),
     BadJointState(usize),
     Law(usize),
@@ -29,12 +29,12 @@ pub enum Event {
     /// Twists of one of two publishers: the publisher, whether the twists are zero, their number, the number of cycles between two
     /// twists, and their age on arrival \[ms\].
     Twists(u32, bool, usize, usize, u64),
-    /// A request of `~/pause`, with its age on arrival \[ms\].
+    /// A request of `~/pause`: whether to pause (true) or to resume (false), and its age on arrival \[ms\].
     Pause(bool, u64),
-    /// A goal that the arm reaches if its joints move by these fractions of a radian. `None` stands for a publisher that sends only
+    /// A goal that the arm reaches if its joints move by these angles \[rad\]. `None` stands for a publisher that sends only
     /// this goal. The last numbers are how long the goal was under way and how long it has waited for its frame \[ms\].
     Near(Option<u32>, [f64; 4], u64, u64),
-    /// TF loses the frame of a stream of goals for this number of cycles, while the publisher continues.
+    /// This publisher streams goals. TF loses their frame for this number of cycles, while the publisher continues.
     FrameAway(u32, usize),
     TwistTimeout(f64),
     GoalTimeout(Option<f64>),
@@ -48,9 +48,10 @@ pub enum Event {
     SecondSource(bool),
     /// The servo misses this number of cycles. The joint states that are due arrive before (true) or after the next cycle.
     Gap(u32, bool),
-    /// Something pulls at a joint: the value of `integral`, the joint, and the pull [rad/s].
+    /// An external force acts on a joint: the value of the parameter `integral`, the joint, and the speed that the force subtracts
+    /// from the joint's commanded speed [rad/s].
     Pull(f64, usize, f64),
-    /// Whether joint states have velocities. The number is the time between joint states \[ms\].
+    /// Whether joint states have velocities, and the time between two joint states \[ms\].
     States(bool, u64),
     /// The time constant with which joints follow velocities \[ms\].
     Lag(u64),
@@ -58,15 +59,15 @@ pub enum Event {
     Stop,
     Connect(bool),
     Follow(bool),
-    /// Another publisher of joint states.
+    /// From now on, the publisher with this number sends the joint states.
     Source(u32),
-    /// How much older the stamps of joint states are than the joint states \[ms\].
+    /// The time by which the stamps make joint states look older than they are \[ms\].
     Stamps(u64),
     /// A parameter changes this many times, every 50 ms.
     Changes(u32),
     /// The delays of commands and of joint states \[ms\].
     Delay(u64, u64),
-    /// A limit of one joint, or of all joints.
+    /// A new value of a limit: of the joint with this index or, if the arm has no such joint, of all joints.
     Limit(Limit, usize, f64),
     ProgressTimeout(f64),
     /// The value of `reconfigure`, and how long a search takes \[ms\].
@@ -77,7 +78,7 @@ pub enum Event {
     LateCycle(u32),
 }
 
-/// A stream of goals that moves on from the goal in force by a body twist `(ω, v)` [rad/s, m/s].
+/// A stream of goals that starts at the goal in force and moves with a body twist `(ω, v)` [rad/s, m/s].
 #[derive(Clone, Copy, Debug)]
 pub struct Stream {
     twist: [f64; 6],
@@ -87,7 +88,7 @@ pub struct Stream {
     stamped: bool,
     /// The publisher of the goals.
     by: u32,
-    /// Whether the goals are the goal in force, moved by its frame.
+    /// Whether the stream moves the frame of the goal in force, instead of sending new goals.
     by_frame: bool,
 }
 
@@ -188,7 +189,8 @@ pub fn gentle_event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Returns all events. No servo keeps the position limits during missed cycles, or if it cannot know the arm's position.
+/// Returns gentle events and others. Under some of the others, no servo can keep the position limits, because it misses cycles or
+/// cannot know the arm's position.
 pub fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
         15 => gentle_event(),
@@ -264,8 +266,8 @@ fn interruption() -> impl Strategy<Value = Vec<Event>> {
     )
 }
 
-/// Returns sequences of requests and faults. Some sequences interrupt a stream of goals. Many begin with a pull that the integral
-/// balances.
+/// Returns sequences of requests and faults. Some sequences interrupt a stream of goals. Some begin with an external force on a
+/// joint, which the parameter `integral` balances.
 pub fn attacks() -> impl Strategy<Value = Vec<Event>> {
     let pull = (1.0..10.0f64, 0..12usize, -0.15..0.15f64)
         .prop_map(|(integral, joint, pull)| Event::Pull(integral, joint, pull));
@@ -274,7 +276,7 @@ pub fn attacks() -> impl Strategy<Value = Vec<Event>> {
         .prop_map(|(pull, parts)| pull.into_iter().chain(parts.into_iter().flatten()).collect())
 }
 
-/// Switches to the law `number`, with its own gains.
+/// Switches to another law and sometimes to another task. `number` selects both.
 fn switch(rig: &mut Rig, number: usize) {
     let two_arms = rig.plants.len() > 1;
     rig.change(|settings| {
@@ -334,7 +336,7 @@ impl Event {
     }
 }
 
-/// Sends a goal at [`pose_near`], which is under way for the time `ago`, and then waits for its frame for the time `waited`.
+/// Sends a goal at [`pose_near`]. The goal is under way for the time `ago`, and then waits for its frame for the time `waited`.
 pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Duration, Duration)) {
     let pose = pose_near(rig, turns);
     let sent = Sent { by: by.unwrap_or_else(|| rig.next_publisher()), ago };
@@ -362,7 +364,7 @@ fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
 }
 
 /// Sends a stream of goals at 10 Hz and loses their frame for `cycles` cycles. During this time the goals wait. When the frame is
-/// back, the last goal is found.
+/// back, the servo receives the latest of them.
 pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
     let turns = [0.2, -0.2, 0.1, 0.2];
     for _ in 0..6 {
@@ -385,8 +387,8 @@ pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
 /// Applies the event. The rig checks the invariants.
 pub fn apply(rig: &mut Rig, event: Event) {
     let now = rig.now;
-    // The servo cannot keep the tool's speed limit exactly if it cannot know the arm's position. The rig's copies of the arms keep
-    // the original tool.
+    // The servo cannot keep the tool's speed limit exactly if it cannot know the arm's position. A change of the tool changes the
+    // speed of the tool point at once.
     rig.check_tools &= !event.hides_the_arm();
     let ms = Duration::from_millis;
     match event {

@@ -1,5 +1,5 @@
-//! Rule 3: if the measured pose with an offset is fed back as the goal, the arm follows this goal like any other goal, and no
-//! faster. The tests try cameras and networks of many kinds, after different streams of goals.
+//! Rule 3: if the measured pose plus an offset is fed back as the goal, feed-forward makes the arm hardly faster than the law alone.
+//! The tests try cameras and networks of many kinds, after different streams of goals.
 
 use crate::reference::parameters;
 use crate::sim::{Random, Sim};
@@ -96,7 +96,7 @@ impl Camera {
     }
 }
 
-/// Checks, for each stream, that feed-forward makes the tool faster by at most a third plus 10 mm/s.
+/// Checks, for each stream, that feed-forward makes the tool faster by at most 30 % plus 10 mm/s.
 fn are_no_faster(cameras: impl Iterator<Item = Camera>) {
     for camera in cameras {
         let Camera { offset, rate, lag, jitter, noise, seed, .. } = camera;

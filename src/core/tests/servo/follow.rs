@@ -35,7 +35,7 @@ impl Random {
     }
 }
 
-/// Returns the pose of a goal from its start pose, its speed [m/s], and the time \[s\].
+/// A path: a function that returns the pose of a goal from its start pose, its speed [m/s], and the time \[s\].
 pub(super) type Path = fn(&UnitDualQuaternion, f64, f64) -> UnitDualQuaternion;
 
 pub(super) fn moved(start: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQuaternion {

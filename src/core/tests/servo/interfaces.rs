@@ -102,7 +102,7 @@ fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {
     }
 }
 
-/// Returns how far the joints are from the last output \[rad\].
+/// Returns the largest distance of a joint from its position in the last output \[rad\].
 fn lead(rig: &Rig) -> f64 {
     distance(rig.output.as_ref().unwrap(), &rig.positions())
 }

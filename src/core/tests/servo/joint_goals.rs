@@ -350,7 +350,7 @@ fn the_joints_of_two_arms_arrive_together_also_if_only_a_part_of_the_pose_is_con
     }
 }
 
-/// The rig checks speeds, accelerations, position limits and tool speeds in every cycle.
+/// In every cycle the rig checks speeds, accelerations and position limits. If commands have no delay, it also checks tool speeds.
 #[test]
 fn arms_of_the_box_keep_their_limits_on_the_way_to_joint_goals_and_arrive() {
     for name in ["ur5e", "xarm6", "panda", "iiwa14"] {
@@ -441,7 +441,7 @@ fn a_cycle_on_the_way_to_a_joint_goal_allocates_nothing() {
     assert_eq!((rig.state(), rig.allocations), (State::Tracking, 0));
 }
 
-/// A joint goal of the API may be of any numbers.
+/// A program that uses the library may pass any numbers as a joint goal.
 #[test]
 fn joint_goals_of_any_numbers_are_taken_or_rejected() {
     let numbers = [0.0, 1e5, -1e5, 1e300, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, 3.0];

@@ -7,8 +7,8 @@ use dq_core::servo::{Arms, Stall, State};
 use dq_kinematics::control::Law;
 use nalgebra::Vector3;
 
-/// Returns the paper's arm with these keep-ins. In their texts, `{x}`, `{y}` and `{z}` stand for the tool's position plus `beside`.
-/// The names `{below}` and `{low}` stand for heights 0.15 m below the tool.
+/// Returns the paper's arm with these keep-ins. In their texts, `{x}`, `{y}` and `{z}` stand for the coordinates of a point: the
+/// tool's position plus `beside`. `{low}` stands for the height 0.15 m below this point, and `{below}` for the negative of `{low}`.
 fn within(keep_ins: &[&str], beside: [f64; 3]) -> Rig {
     let mut rig = rig(&[]);
     let tool = rig.servo.pose().unwrap().translation() + Vector3::from(beside);

@@ -90,7 +90,7 @@ fn of_body(capsules: &[&str], keep_out: &str) -> Option<Arc<Scene>> {
     Some(Arc::new(Scene::new(body, keep_outs, &[puma()], &[(-3.0, 3.0); 6]).unwrap()))
 }
 
-/// Returns a stretched arm with a hand of 10 cm at its tool and one keep-out.
+/// Returns an arm in a scene with one keep-out. The arm is stretched, and has a hand of 10 cm at its tool.
 fn stretched(keep_out: &str) -> Rig {
     let mut rig = Rig::of_arm(puma(), vec![1.3, -0.1, -1.45, 0.0, 0.1, 0.0]);
     let body = ["joint2 0 0 0 0.43 0 0 0.05", "joint3 0 0 0 0 0.43 0 0.05", "joint6 0 0 -0.05 0 0 0.05 0.03"];

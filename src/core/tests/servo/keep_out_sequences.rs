@@ -21,7 +21,7 @@ enum Event {
     Stop,
     Pause,
     Law(usize),
-    /// The servo misses one cycle. Rule 22 holds if one more cycle is missed than recently.
+    /// The servo misses one cycle. Rule 22 allows for this: the servo may miss one cycle more than it has missed recently.
     Late,
     Twist([f64; 3], [f64; 3]),
 }
@@ -87,8 +87,8 @@ fn rig(arm: usize) -> Rig {
     }
 }
 
-/// Returns the arm `arm` at its start. Its scene has only the keep-outs that the arm is outside of and the keep-ins that its tools
-/// are inside of.
+/// Returns the arm number `arm` at its start. Its scene leaves out each keep-out that the arm touches, and each keep-in that does
+/// not contain its tools.
 fn among(arm: usize, keep_outs: &[String], keep_ins: &[([f64; 3], String)]) -> Rig {
     let mut rig = rig(arm);
     let positions = rig.positions();

@@ -7,8 +7,8 @@ use crate::sim::{Random, Sim};
 use dq_core::servo::{Event, GoalMotion, Reason, Rejection, Revocation, Sent, State};
 use std::time::Duration;
 
-/// Returns an arm in motion to a goal in a frame that TF has lost for `seconds`. The publisher sends a goal every `interval` \[s\]
-/// throughout.
+/// Returns an arm that was moving to a goal. TF then lost the goal's frame for `seconds`. The publisher sends a goal every `interval`
+/// \[s\] all the time.
 fn lost_for(seconds: f64, interval: f64) -> Sim {
     let mut sim = Sim::new(&parameters(), theta("theta_initial"));
     sim.run(0.1);
@@ -21,7 +21,7 @@ fn lost_for(seconds: f64, interval: f64) -> Sim {
     sim
 }
 
-/// Sends goals that wait for their frame, every `interval` for `seconds` \[s\].
+/// Sends a goal every `interval` \[s\] for `seconds`. TF does not have the frame of these goals, so that they must wait.
 fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
     let end = sim.now() + Duration::from_secs_f64(seconds);
     while sim.now() < end {
@@ -30,14 +30,14 @@ fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
     }
 }
 
-/// Restores the frame at its old pose, so that the servo takes the waiting goal.
+/// Tells the servo that TF has the frame of the goal in force again, at its old pose.
 fn find(sim: &mut Sim) {
     let place = reading(&pose("theta_desired"), 0);
     sim.servo.move_goal(&GoalMotion::To(place), sim.now()).unwrap();
 }
 
-/// Sends more goals of the stream every `interval` \[s\] for 3 s. The first goal has waited for `waited` \[s\]. Checks that the
-/// servo rejects each goal and nothing moves.
+/// Continues the stream for 3 s, with a goal every `interval` \[s\]. The first goal has waited for its frame for `waited` \[s\].
+/// Checks that the servo rejects each goal, and that nothing moves.
 fn nothing_moves(sim: &mut Sim, waited: f64, interval: f64) {
     let before = sim.q.clone();
     for number in 0..(3.0 / interval) as usize {

@@ -6,7 +6,7 @@ use allocation_counter::measure;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalReading, Sent};
 
-/// The goals come from 100 000 publishers or from a single stream. The test collects the updates of motions or leaves them.
+/// The goals come from 100 000 publishers or from a single publisher. In one of the cases, nobody collects the updates of motions.
 #[test]
 fn a_hundred_thousand_goals_leave_nothing_behind() {
     for (publishers, is_heard) in [(100_000, true), (100_000, false), (1, true)] {

@@ -1,5 +1,5 @@
 //! Goals that move: the tool's lag and noise, with and without feed-forward of the goal's motion. One test generates the table of
-//! the guide. Other tests check that a stream does not make the arm overshoot at its end, or fling the arm when it jumps.
+//! the guide. Other tests check that the arm does not overshoot when a stream ends, and is not flung when the goal jumps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
 use crate::rig::{PERIOD, reading};
@@ -27,7 +27,8 @@ fn median(mut numbers: Vec<f64>) -> [f64; 3] {
     [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]
 }
 
-/// Returns the lag without and with feed-forward of the goal's motion, then the noise without and with it, each with its bounds.
+/// Returns four figures, each with its bounds: the lag \[mm\] without and with feed-forward of the goal's motion, and the noise
+/// [mm/s] without and with feed-forward.
 fn figures(arm: &(ServoParameters, Vec<f64>), stream: &Stream) -> [[f64; 3]; 4] {
     let mut figures = [[0.0; 3]; 4];
     for (i, feed_forward) in [false, true].into_iter().enumerate() {
@@ -75,7 +76,7 @@ fn the_tool_keeps_up_with_a_goal_that_moves_as_the_guide_has_it() {
     assert_eq!(missing, "", "rows that the guide has not");
 }
 
-/// Sends the goals of the stream that are due before the time `until`.
+/// Sends the goals of the stream that are due by now, but no goal that is due after the time `until` \[s\].
 fn send_until(follow: &mut Follow, stream: &Stream, sent: &mut u32, until: f64) {
     while f64::from(*sent) / stream.rate <= follow.time().min(until) {
         let taken = f64::from(*sent) / stream.rate;
@@ -339,7 +340,7 @@ fn a_goal_that_shakes_is_hardly_a_motion() {
     }
 }
 
-/// A goal that turns is followed: the tool's error, seen from the goal, decays on one screw.
+/// The goal rotates. Seen from the goal, the tool's error decays along one screw.
 #[test]
 fn the_error_decays_as_towards_a_goal_that_stands() {
     let arm = start_of(-0.3);

@@ -5,7 +5,8 @@ use dq_core::servo::{PositionLimits, State};
 use dq_kinematics::arm::JointKind;
 use dq_kinematics::control::Law;
 
-/// A lower limit of joint 3 \[rad\]. On the way from theta_initial to theta_desired, this joint has to go from 2.36 to 1.05 rad.
+/// A lower limit of joint 3 that keeps the arm from the goal theta_desired \[rad\]: on the way there from theta_initial, the joint
+/// would go from 2.36 to 1.05 rad.
 const LOWEST: f64 = 1.6;
 
 fn with_lowest(lowest: f64) -> Rig {

@@ -1,5 +1,5 @@
-//! A request of `~/pause` (false) requests the goal that was in force when the request was sent. The request fails if a revoked
-//! stream of goals continues.
+//! A call of `~/pause` (false) requests again the goal that was in force when the call was sent. The servo rejects the call if a
+//! revoked stream of goals continues.
 
 use crate::reference::{parameters, pose, theta};
 use crate::rig::Rig;

@@ -1,10 +1,11 @@
-//! A pull at the joints of an arm that takes velocities, such as a payload, or gravity that its servos do not compensate for.
+//! External forces on an arm that takes velocities, such as the weight of a payload. The arm's own controllers do not compensate for
+//! these forces, but the parameter `integral` does.
 
 use crate::reference::distance;
 use crate::rig::Rig;
 use dq_core::servo::{Reason, Stall, State};
 
-/// Returns an arm whose second joint moves slower than commanded by 0.05 rad/s.
+/// Returns an arm on which a force acts: its second joint moves with the commanded velocity minus 0.05 rad/s.
 fn pulled(integral: f64) -> Rig {
     let mut rig = Rig::with(|settings| settings.integral = integral);
     rig.wires = |speeds| speeds[1] -= 0.05;

@@ -11,8 +11,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::time::Duration;
 
-/// Returns a configuration that runs the same `quick` sequences each time. If `PROPTEST_CASES` is set, runs this number of random
-/// sequences.
+/// Returns a configuration that runs `quick` random sequences, the same in each run. If the environment variable `PROPTEST_CASES` is
+/// set, the configuration runs that number of new random sequences instead.
 fn cases(quick: u32) -> ProptestConfig {
     let config = ProptestConfig::default();
     match std::env::var_os("PROPTEST_CASES") {
@@ -198,8 +198,7 @@ proptest! {
     }
 }
 
-/// The arms have narrow limits and may always be reconfigured. Each event happens while the effects of the previous event
-/// continue.
+/// The arm has narrow position limits, and may always move to another configuration. Some events happen while it moves there.
 #[test]
 fn no_order_of_events_on_ways_round_passes_a_limit() {
     let underway = std::cell::Cell::new(0_u32);
@@ -311,9 +310,9 @@ fn attack(mut rig: Rig, events: Vec<Event>, jerk: f64) {
 fn sequences_that_longer_runs_found_break_no_rule() {
     use Event::*;
     let found = [
-        // A hold ended, but its proven part remained, and the arm stopped.
+        // The command ceased to balance the force. But the servo kept the part to which the joints had responded, and the arm stopped.
         (0, vec![Pull(1.0, 0, 0.118), FrameAway(0, 172), Gap(500, false)]),
-        // A gap in the cycles was taken for a pull.
+        // A gap in the cycles was taken for an external force.
         (0, vec![Pull(1.0, 0, 0.133), FrameAway(0, 157), Gap(148, false)]),
     ];
     for (arm, events) in found {

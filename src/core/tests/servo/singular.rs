@@ -49,7 +49,7 @@ fn lost(theta: &[f64]) -> (f64, Vector6<f64>) {
     (sigma, Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z))
 }
 
-/// Returns the pose of the tool at `theta`, moved by `way` along the lost direction.
+/// Returns the pose of the tool at `theta`, moved by `way` \[m, rad\] in the direction of [`lost`].
 fn beside(theta: &[f64], way: f64) -> UnitDualQuaternion {
     let pose = state(theta).base_from_tool();
     let (_, twist) = lost(theta);
@@ -71,12 +71,13 @@ fn rig(law: Law, theta: &[f64]) -> Rig {
     rig
 }
 
-/// A singular configuration, a goal that is 0.1 m or 0.4 rad away along the direction that the arm has lost, and the joint whose
-/// motion leads out of the singularity.
+/// A singular configuration, and a goal in the direction in which the arm cannot move at that configuration.
 struct Case {
     name: &'static str,
     theta: [f64; 6],
+    /// The joint whose motion leads out of the singularity, counted from 0.
     joint: usize,
+    /// The goal, 0.1 m or 0.4 rad away.
     goal: UnitDualQuaternion,
 }
 
@@ -103,7 +104,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Returns 0.1 m or −0.1 m: the distance along the lost direction that leads away from the base.
+/// Returns 0.1 m or −0.1 m, so that a motion by this distance in the direction of [`lost`] leads away from the base.
 fn outward(theta: &[f64]) -> f64 {
     let (_, twist) = lost(theta);
     0.1 * state(theta).tool_point().dot(&twist.fixed_rows::<3>(3)).signum()
@@ -241,7 +242,8 @@ fn rule_9_an_escape_that_position_limits_bar_names_the_joint() {
     assert!(stall.explain(|joint| format!("joint{joint}")).starts_with("joint3 is at its position limit"));
 }
 
-/// Both arms are stretched toward a goal beyond their reach. The next goal is nearer, along the direction that the arms have lost.
+/// Both arms are stretched toward a goal beyond their reach. The next goal is nearer, in the direction in which stretched arms cannot
+/// move.
 #[test]
 fn rule_8_two_arms_are_led_out_too() {
     for map in [Map::Transpose, Map::DampedInverse] {

@@ -1,5 +1,5 @@
-//! Goals that wait for their frames. Some events drop the goal in force or request it again. Such an event supersedes the goals
-//! that arrived before it and whose frames are found after it.
+//! Goals that wait for their frames. Some events drop the goal in force or request it again. Such an event supersedes each goal that
+//! arrived before the event and gets its frame after the event.
 
 use crate::reference::pose;
 use crate::rig::{Rig, reading, state_of};
@@ -7,14 +7,14 @@ use dq_core::servo::{Contended, GoalReading, Interface, Rejection, Revocation, S
 use dq_kinematics::control::{Aim, Law};
 use std::time::Duration;
 
-/// Returns another goal, found after it has waited for `seconds`.
+/// Returns another goal, which has waited for its frame for `seconds`.
 fn found(seconds: f64) -> GoalReading<'static> {
     let pose = pose("theta_third");
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }
 }
 
-/// Sends a goal that waits for its frame, and runs `what` 0.5 s later. Returns the reason why the servo rejects this goal when its
-/// frame is found after 1.5 s more. Checks that the arm moves to a goal that arrived after `what`.
+/// Sends a goal that waits for its frame, runs `what` 0.5 s later, and gives the goal its frame 1.5 s after that. Returns the reason
+/// why the servo then rejects the goal. Checks that the arm moves to a goal that arrived after `what`.
 fn refusal(rig: &mut Rig, what: impl FnOnce(&mut Rig)) -> Rejection {
     let came = rig.now;
     rig.run(0.5);
@@ -93,7 +93,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
-/// The older of two goals gets its frame last. So the older goal does not change the request.
+/// The goal arrives before a call of `~/pause` (false), but gets its frame after the call. So the call remains the latest request.
 #[test]
 fn a_goal_that_is_set_going_while_the_robot_is_away_stays_so_when_an_older_one_is_found() {
     let mut rig = standing();

@@ -33,11 +33,11 @@ fn the_tool_s_offset_goes_to_the_goal() {
     }
 }
 
-/// In every cycle the rig checks the command and the tool's speed against the limits.
+/// In every cycle the rig checks the command against the limits.
 #[test]
 fn another_tool_stands_until_somebody_asks_it_to_move() {
     let mut rig = Rig::new();
-    // The rig's copies of the arms keep the old tool.
+    // A change of the tool changes the speed of the tool point at once.
     rig.check_tools = false;
     rig.goal("theta_desired");
     rig.run(0.7);

@@ -62,7 +62,7 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     last
 }
 
-/// Returns the seeds, with their jerk limits, at which the tool is too fast for longer than `longest` \[s\].
+/// Returns the seeds at which the tool is too fast for longer than `longest` \[s\], each with its jerk limit [rad/s³] and this time.
 fn too_late(seeds: u64, longest: f64, jerk: impl Fn(u64) -> f64) -> Vec<(u64, f64, f64)> {
     let all = (0..seeds).map(|seed| (seed, jerk(seed), too_fast_for(seed, jerk(seed))));
     all.filter(|(.., seconds)| *seconds > longest).collect()

@@ -1,4 +1,4 @@
-//! The output after missed cycles, and with `integral` against a pull at the arm.
+//! The output after missed cycles, and the output with the parameter `integral` while an external force acts on the arm.
 
 use crate::reference::{parameters, pose, puma, theta};
 use crate::sim::{Random, Sim};
@@ -124,7 +124,7 @@ fn rule_17_a_joint_that_sticks_in_slow_motion_is_seen_once_it_should_have_gone_2
     }
 }
 
-/// Events that may happen to an arm with a hold (`integral`).
+/// Events that may happen to an arm while the parameter `integral` balances an external force.
 const EVENTS: [&str; 18] = [
     "goal",
     "pause",
@@ -183,7 +183,7 @@ fn happens(what: &str, sim: &mut Sim, random: &mut Random) {
     }
 }
 
-/// Applies random events to an arm under a pull, and checks acceleration and jerk of the output.
+/// Applies random events to an arm on which external forces act. Checks the acceleration and the jerk of the output.
 fn keeps_acceleration_and_jerk(seed: u64) {
     let mut random = Random::new(seed);
     let jerk = if random.is(0.5) { 10_f64.powf(random.between(2.5, 4.0)) } else { f64::INFINITY };
