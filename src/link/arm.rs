@@ -62,7 +62,8 @@ pub(crate) struct ArmLink {
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the arm's speed has become known in this cycle, after the arm appeared or after missed cycles.
+    /// Whether the arm's speed has become known after the arm appeared or after missed cycles: in this cycle, or earlier if the state
+    /// of another arm was still unknown in the last cycle.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,
@@ -203,14 +204,18 @@ impl ArmLink {
     }
 
     /// Processes the joint state that has arrived since the last cycle. `measured` and `velocity` have the numbers of all arms.
+    /// `is_known` is whether the states of all arms were known in the last cycle.
     pub fn advance(
         &mut self,
         settings: &LinkSettings,
         measured: &mut [f64],
         velocity: &mut [f64],
         history: &CommandHistory,
+        is_known: bool,
     ) {
-        (self.returned, self.came) = (None, false);
+        // Until the states of all arms are known, nothing is sent. The first command then begins at the speed of every arm.
+        let waits = self.came && !is_known;
+        (self.returned, self.came) = (None, waits);
         let Some(Newest { now, has_velocities, stamp_age }) = self.newest.take() else { return };
         if let Some(before) = self.received {
             self.rarity.hear(now.saturating_sub(before), settings.state_timeout);
@@ -263,6 +268,7 @@ impl ArmLink {
         (self.received, self.measured_at) = (Some(now), times.end);
         self.watch(now, measured, settings.latency, history);
         self.returned = returned;
+        self.came |= waits;
     }
 
     /// Computes the [`ArmFigures`] of the cycle at `now`. `fixed` is the latency that a parameter sets, or `None` to use the

@@ -83,11 +83,12 @@ impl Link {
     /// Processes the joint states that arrived since the last cycle.
     pub fn advance(&mut self, now: Duration, settings: &LinkSettings) {
         self.cycles.note(now);
+        let is_known = self.is_known();
         for arm in &mut self.arms {
             if self.cycles.has_gap() && arm.received.is_some() {
                 arm.blind_since = Some(now);
             }
-            arm.advance(settings, &mut self.measured, &mut self.velocity, &self.history);
+            arm.advance(settings, &mut self.measured, &mut self.velocity, &self.history, is_known);
             arm.sum_up(now, settings.latency, &self.cycles);
             if arm.returned.is_some_and(|it| it.is_of_newcomer()) {
                 // A robot that has just appeared gets no hold yet.
@@ -144,10 +145,15 @@ impl Link {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
+    /// Returns whether the states of all arms are known.
+    fn is_known(&self) -> bool {
+        self.received().is_some() && !self.is_blind()
+    }
+
     /// Yields the index and the present speed [rad/s, prismatic: m/s] of each joint whose next command must start at its present
     /// speed.
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
+        let came = self.arms.iter().filter(|arm| arm.figures.came && self.is_known());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
     }
 

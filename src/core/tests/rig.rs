@@ -235,13 +235,15 @@ impl Rig {
         let command = vec![0.0; joints];
         let mut steepest = vec![0.0; joints];
         let outputs = Outputs::new(&checked(&settings, settings.integral > 0.0, &mut steepest), period);
+        let mut truth = arms.clone();
+        truth.set_tool_offset(&settings.tool_offset);
         Self {
             pull: command.clone(),
             search: Some(Search::new(arms.clone())),
             search_time: Duration::ZERO,
             answer: None,
             output: None,
-            truth: arms.clone(),
+            truth,
             gaps: settings.scene.clone().map(Gaps::new),
             least_gap: f64::INFINITY,
             outputs,

@@ -88,6 +88,7 @@ impl Chain {
             (one.min(other), one.max(other))
         })
     }
+
     /// Sets `motions` to the motion that each joint gives the tool: the sum of the motions by all links that the joint moves. The
     /// linear part of a motion is the velocity of the point that moves with the tool and is now at the base's origin. Returns the
     /// frame of the last link.

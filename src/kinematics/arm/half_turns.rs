@@ -96,7 +96,7 @@ mod tests {
 
     proptest! {
         #[test]
-                fn any_angle_matches_libm(small in -10.0..10.0f64, large in -1e6..1e6f64, beyond in -1.1e6..1.1e6f64, offset in -PI..PI) {
+        fn any_angle_matches_libm(small in -10.0..10.0f64, large in -1e6..1e6f64, beyond in -1.1e6..1.1e6f64, offset in -PI..PI) {
             check(small, 0.0);
             check(beyond, 0.0);
             check(small, offset);

@@ -5,6 +5,7 @@ mod command_history;
 mod lateness;
 mod presence;
 mod tracking_monitor;
+mod two_arms;
 
 use std::time::Duration;
 
