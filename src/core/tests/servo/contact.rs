@@ -1,4 +1,4 @@
-//! A goal that yields to the wrench at the tool: against a wall of springs, and with a sensor that fails.
+//! Tests of goals that yield to the wrench at the tool. The tool presses on a wall of springs, and the wrench sensor may fail.
 
 use crate::reference::{parameters, puma};
 use dq_algebra::UnitDualQuaternion;

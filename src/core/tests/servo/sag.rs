@@ -1,4 +1,5 @@
-//! A pull at the joints of an arm that takes velocities, such as a payload, or gravity that its servos do not compensate for.
+//! Tests of a pull at the joints of an arm that takes velocities. The pull comes from a payload, or from gravity that the joints'
+//! controllers do not compensate for.
 
 use crate::reference::distance;
 use crate::rig::Rig;

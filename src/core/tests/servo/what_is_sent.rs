@@ -1,4 +1,4 @@
-//! The output after missed cycles, and with `integral` against a pull at the arm.
+//! Tests of the output after missed cycles, and of the output with `integral` against a pull at the arm.
 
 use crate::reference::{parameters, pose, puma, theta};
 use crate::sim::{Random, Sim};
