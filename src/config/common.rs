@@ -224,7 +224,7 @@ fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterErro
 /// The numbers of a pose: x y z \[m\], then qx qy qz qw.
 pub(super) type PoseNumbers = [f64; 7];
 
-/// The numbers of the pose without translation and rotation.
+/// The numbers of the identity pose: no translation, no rotation.
 pub(super) const NO_POSE: PoseNumbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
 /// Returns x y z \[m\] and qx qy qz qw of `pose`.

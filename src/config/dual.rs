@@ -41,7 +41,7 @@ struct TwoArmParameters {
 #[derive(Parameters)]
 #[parameters(prefix = "right_")]
 struct RightParameters {
-    /// joint names of the right arm, base first; empty: the same names as in joints, on the topics of the right arm
+    /// joint names of the right arm, base first. Empty: the same names as those of the left arm, on the topics of the right arm
     #[parameter(fixed)]
     joints: Vec<String>,
     /// name of the frame of the right arm's base, if the right arm has a description of its own
@@ -57,7 +57,9 @@ struct RightParameters {
     // The node reads the file when it starts; afterwards `right_robot_description` has the arm.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
-    /// capsules around the links of the right arm, as in body; empty: those of body, if the right arm is like the left one
+    /// capsules around the links of the right arm, written as in body, the left arm's parameter. If none are given, a right arm that
+    /// is like the left one has the left arm's capsules. A right arm with its own robot description, or with its own tool frame in
+    /// the common one, has the defaults of body
     #[parameter()]
     body: Vec<String>,
 }

@@ -8,10 +8,10 @@ use std::collections::HashMap;
 /// The joint that carries a link, and the pose of the link relative to that joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// The moving joint between base and tool that carries the link, counted from 1; 0 for a link fixed to the base.
+    /// The moving joint between base and tool that carries the link, counted from 1; 0 if the link is fixed to the base.
     pub carrier: usize,
-    /// The pose of the link in the frame that moves with the carrier. The z axis of this frame is the axis of the carrier. For a
-    /// link fixed to the base, the pose in the base frame.
+    /// The pose of the link in the frame that moves with the [carrier](Self::carrier) joint and has its z axis along the axis of
+    /// that joint. If the link is fixed to the base, this is its pose in the base frame.
     pub carrier_from_link: UnitDualQuaternion,
     /// Whether the link is between the arm's base and its tool.
     pub is_of_arm: bool,

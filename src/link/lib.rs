@@ -78,7 +78,8 @@ pub enum Contact {
 /// What the link has estimated about one arm, as of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
-    /// The time from a command to the arrival of the joint state that shows its effect, for the last joint state.
+    /// The delay of the last joint state: its age on arrival plus the robot's response time. A latency set by parameter replaces this
+    /// sum.
     pub lag: Duration,
     /// The delay that limits the law's gain: the time from a command to the joint state that shows its effect, plus one interval of
     /// joint states.

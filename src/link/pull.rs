@@ -38,8 +38,8 @@ const STANDSTILL: f64 = 0.01;
 /// linearly from standstill to this speed.
 const FAST: f64 = 0.1;
 
-/// The fraction of a joint's acceleration limit that changes of its hold may use. The hold is the part of the command that balances
-/// a payload or gravity.
+/// The largest rate of change of a joint's hold, as a fraction of the joint's acceleration limit. The hold is the part of the
+/// command that balances a payload or gravity.
 const SHARE: f64 = 0.1;
 
 /// The largest hold toward a position limit, divided by the joint's distance from that limit [1/s]. The hold is the part of the

@@ -266,7 +266,9 @@ fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     forces.iter().map(|force| (force - mean).abs()).fold(0.0, f64::max) / mean
 }
 
-/// The border of stability by theory: `d = k sin(ωT)/ω` with `m ω² = K + k cos(ωT)`, for one `k` and one `T`.
+/// Returns the damping `d` at the border of stability, by theory, at a contact of stiffness `k` and with the delay `t`. `m` and
+/// `stiffness` are the mass and the stiffness of the admittance. The border is at `d = k sin(ωT)/ω`, with `T` for `t`. The angular
+/// frequency `ω` solves `m ω² = K + k cos(ωT)`, with `K` for `stiffness`.
 fn border(k: f64, t: f64, [m, stiffness]: [f64; 2]) -> f64 {
     let (mut low, mut high) = (0.0, std::f64::consts::PI / t);
     for _ in 0..100 {

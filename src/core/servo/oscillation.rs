@@ -29,7 +29,8 @@ const FEW: u32 = 2;
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 
-/// The least change of the error's logarithm between two reversals: a twentieth of the error.
+/// A reversal of the law's error counts if the error's natural logarithm has changed by more than this since its last extreme. This
+/// is a change of the error by about 5 %.
 const ERROR_SWING: f64 = 0.05;
 
 /// A change of the error counts only if it exceeds this factor times the change that a moving goal typically causes. The factor

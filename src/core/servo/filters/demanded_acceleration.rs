@@ -23,7 +23,7 @@ const JERK_SHARE: f64 = 0.25;
 /// 0.01 mm if the acceleration limit is 50 rad/s², by 1.3 mm at 5 rad/s² and by 7 mm at 2 rad/s². It bends the paths of other
 /// motions by up to four times as much.
 pub(super) struct DemandedAcceleration {
-    /// The arm at the end of the next cycle.
+    /// A copy of the arms, in their state at the end of the next cycle.
     ahead: Arms,
     /// The joint positions at the end of the next cycle \[rad, prismatic: m\].
     positions: Vec<f64>,
@@ -33,7 +33,7 @@ pub(super) struct DemandedAcceleration {
 }
 
 impl DemandedAcceleration {
-    /// Creates the filter. `ahead` is used to compute the arm at the end of the next cycle.
+    /// Creates the filter. The filter computes the state of `ahead`, a copy of the arms, at the end of the next cycle.
     pub fn new(ahead: Arms) -> Self {
         let joints = ahead.joint_count();
         let zeros = vec![0.0; joints];

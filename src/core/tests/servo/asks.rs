@@ -1,5 +1,5 @@
-//! Requests and revocations under every disturbance: streams of goals, rival publishers, robots that do not obey, and parameters
-//! that change.
+//! Tests of requests and revocations under every disturbance: streams of goals, rival publishers, robots that do not obey, and
+//! parameters that change.
 
 use crate::reference::{distance, pose, puma, theta};
 use crate::rig::{PERIOD, Rig, reading, twist};

@@ -1,4 +1,4 @@
-//! Compliance: the goal yields to the wrench at the tool. The tests press the tool against an elastic wall, or let the sensor fail.
+//! Tests of goals that yield to the wrench at the tool. The tool presses on a wall of springs, and the wrench sensor may fail.
 
 use crate::reference::{parameters, puma};
 use dq_algebra::UnitDualQuaternion;

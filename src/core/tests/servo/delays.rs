@@ -1,4 +1,4 @@
-//! Joint states that are late or rare, and commands that take effect late.
+//! Tests of joint states that are late or rare, and commands that take effect late.
 
 use crate::reference::puma;
 use crate::rig::Rig;

@@ -1,4 +1,4 @@
-//! Franka's arms under their makers' limits on jerk, on random tasks.
+//! Tests of Franka's arms under their maker's limits on jerk, on random tasks.
 
 use crate::arms::anywhere;
 use crate::rig::Rig;

@@ -1,4 +1,4 @@
-//! One goal after another, and streams of them.
+//! Tests of one goal after another, and of streams of goals.
 
 use crate::reference::{moved_by, pose};
 use crate::rig::{PERIOD, Rig};

@@ -1,4 +1,4 @@
-//! Numbers that are finite but huge, and the final check of commands.
+//! Tests of numbers that are finite but huge, and of the final check of commands.
 
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig, at_rest};

@@ -1,4 +1,4 @@
-//! Goals of joint positions.
+//! Tests of goals of joint positions.
 
 use crate::arms::{anywhere, servo};
 use crate::reference::{distance, pose, puma, theta};

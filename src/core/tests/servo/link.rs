@@ -1,4 +1,4 @@
-//! The connection to the robot: whose joint states count, a robot that was away, and a robot that does not follow.
+//! Tests of the connection to the robot: whose joint states count, a robot that was away, and a robot that does not follow.
 
 use crate::rig::{PERIOD, Rig, state_of};
 use dq_core::servo::{Contended, JointReading, Reason, Revocation, State};

@@ -1,4 +1,4 @@
-//! The number of gaps that the servo measures in a cycle if there are many keep-outs.
+//! Tests of the number of gaps that the servo measures in a cycle if there are many keep-outs.
 
 use super::keep_out::scene;
 use dq_config::{NodeParameters, ServoParameters};

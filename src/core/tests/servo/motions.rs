@@ -1,4 +1,4 @@
-//! The servo's record of its motions.
+//! Tests of the servo's record of its motions.
 
 use crate::reference::{moved_by, pose};
 use crate::rig::{Rig, reading};

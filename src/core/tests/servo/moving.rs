@@ -1,5 +1,5 @@
-//! Goals that move: the tool's lag and noise, with and without feed-forward of the goal's motion. One test generates the table of
-//! the guide. Other tests check that the arm does not overshoot when a stream ends, and is not flung when the goal jumps.
+//! Tests of goals that move: the tool's lag and noise, with and without feed-forward of the goal's motion. One test generates the
+//! table of the guide. Other tests check that a stream does not make the arm overshoot at its end, or fling the arm when it jumps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
 use crate::rig::{PERIOD, reading};
@@ -20,8 +20,8 @@ fn shake(real: &Follow, even: &Follow) -> f64 {
 /// Number of streams per row of the guide's table.
 const SEEDS: u64 = 20;
 
-/// Returns the median of `SEEDS` numbers, and bounds that contain the true median in 96 of 100 studies. For 20 trials, the binomial
-/// distribution has 4 % outside the 6th to the 15th number.
+/// Returns the median of `SEEDS` numbers and the bounds of its 96 % confidence interval. The bounds are the 6th and the 15th of the
+/// sorted numbers. By the binomial distribution, the true median is outside these bounds with a probability of 4 %.
 fn median(mut numbers: Vec<f64>) -> [f64; 3] {
     numbers.sort_by(f64::total_cmp);
     [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]

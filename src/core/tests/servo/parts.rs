@@ -1,4 +1,4 @@
-//! An arm whose joint states come in parts: several messages on one topic, from one driver or from two.
+//! Tests of an arm whose joint states come in several messages: on one topic, from one driver or from two.
 
 use crate::rig::{Rig, state_of};
 use dq_core::servo::{Rejection, State, StateError};

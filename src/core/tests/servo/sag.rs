@@ -1,5 +1,5 @@
-//! External forces on an arm that takes velocities, such as the weight of a payload. The arm's own controllers do not compensate for
-//! these forces, but the parameter `integral` does.
+//! Tests of a pull at the joints of an arm that takes velocities. The pull comes from a payload, or from gravity that the joints'
+//! controllers do not compensate for.
 
 use crate::reference::distance;
 use crate::rig::Rig;

@@ -1,4 +1,4 @@
-//! Settings that a servo rejects, when it is built and while it runs.
+//! Tests of settings that a servo rejects, when it is built and while it runs.
 
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};

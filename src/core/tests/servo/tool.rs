@@ -1,4 +1,4 @@
-//! A tool with an offset from the tool frame, and a change of the tool while the arm moves.
+//! Tests of a tool with an offset from the tool frame, and a change of the tool while the arm moves.
 
 use crate::reference::{pose, puma};
 use crate::rig::Rig;

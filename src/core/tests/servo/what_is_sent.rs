@@ -1,4 +1,4 @@
-//! The output after missed cycles, and the output with the parameter `integral` while an external force acts on the arm.
+//! Tests of the output after missed cycles, and of the output with `integral` against a pull at the arm.
 
 use crate::reference::{parameters, pose, puma, theta};
 use crate::sim::{Random, Sim};
