@@ -210,7 +210,7 @@ mod tests {
         /// it is [1/s]
         #[parameter(default = 0.5, range = 0.0..=1.0)]
         gain: f64,
-        /// what there is
+        /// the mode
         #[parameter(default = "b".to_owned(), one_of = &["a", "b"])]
         mode: String,
         /// how far [m]
@@ -219,10 +219,10 @@ mod tests {
         /// the joints
         #[parameter()]
         joints: Vec<String>,
-        /// two of them
+        /// two numbers
         #[parameter(default = [1.0, 2.0])]
         pair: [f64; 2],
-        /// never at 0
+        /// longest duration \[s\]; 0 means no limit
         #[parameter(range = 0.0..=5.0)]
         time: Option<Duration>,
     }

@@ -1,5 +1,5 @@
-//! Arms move to goals of tasks that determine less than a pose, so that arms of fewer than six joints can reach them. The tests also
-//! check the motion that a task leaves free.
+//! Tests of tasks that leave part of the tool's pose free, such as `position`. Under such a task, an arm with fewer than six joints
+//! can reach goals. The tests also check how an arm moves in the free part.
 
 use crate::aims::{LESS, missed, turned};
 use crate::reference::puma;

@@ -177,7 +177,8 @@ impl Opinion {
         self.settings.rearm_timeout.max(STREAM)
     }
 
-    /// Returns the duration of two cycles: an event between two cycles may be dated by either cycle.
+    /// Returns the duration of two cycles, by which the measured time between two events may be wrong. Each event may get the time of
+    /// the cycle before it or of the cycle after it.
     fn slack(&self) -> Duration {
         2 * self.period
     }

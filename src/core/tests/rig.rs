@@ -698,8 +698,9 @@ impl Rig {
     }
 }
 
-/// Returns the limits to check. `is_held` says whether the parameter `integral` is or was on. Then joints may accelerate with the
-/// largest deceleration that was ever in force. `steepest` stores this deceleration for each joint [rad/s²].
+/// Returns the limits that the commands must keep. For each joint, `steepest` stores the largest deceleration that was ever in force
+/// [rad/s²]; this function updates it. `is_held` says whether the parameter `integral` is on or was on. If it is true, joints may
+/// also accelerate at `steepest`.
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {

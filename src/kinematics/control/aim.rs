@@ -159,8 +159,8 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ` for the rows of the aim. Fills the unused rows so that the smallest eigenvalue belongs to the rows of the
-    /// aim.
+    /// Returns `J Jᵀ`, where J has only these rows. Fills the unused rows of the result so that its smallest eigenvalue belongs to
+    /// the used rows.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {
@@ -175,8 +175,8 @@ impl Rows {
         Gram::of_columns(arm.joint_count(), arm.tool_motions().map(|column| self.of(&column)))
     }
 
-    /// Returns the components of a twist `(ω, v)` of the tool in the rows of the aim, followed by zeros. The twist is along the
-    /// base's axes.
+    /// Converts a twist `(ω, v)` of the tool, along the base's axes, to a vector in these rows. The vector has one component of the
+    /// twist for each row, then zeros.
     #[inline(always)]
     pub fn of(&self, (angular, linear): &AngularLinear) -> AngularLinear {
         match self {
@@ -190,8 +190,8 @@ impl Rows {
         }
     }
 
-    /// Returns the twist whose components in the rows of the aim are `first` and `second`, and whose other components are 0. Both
-    /// halves of each register contain the same number.
+    /// Converts the vector `(first, second)` in these rows to a twist. The components of the twist that the aim leaves free are 0.
+    /// Both halves of each register contain the same number.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {

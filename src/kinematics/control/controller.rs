@@ -176,7 +176,7 @@ impl Controller {
         self.law.steepest_descent(&self.input(arm, base_from_goal), descent)
     }
 
-    /// Returns the smallest singular value of the tool's Jacobian, reduced to the rows of the aim. It is 0 if there are fewer
+    /// Returns the smallest singular value of the rows of the tool's Jacobian that belong to the aim. It is 0 if there are fewer
     /// joints than rows.
     pub fn smallest_singular_value(&self, arm: &ArmState) -> f64 {
         self.aim.rows(arm).gram(arm).smallest_singular_value()

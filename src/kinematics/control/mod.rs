@@ -10,10 +10,10 @@
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |
 //!
-//! The [`Aim`] may determine less than a pose. Then the goal in each cycle is the pose that meets the aim and is nearest to the
-//! tool's pose. The error then lies in the aim's rows of the Jacobian, and the map uses only these rows. The laws with the R⁸
-//! difference, diffc included, then use the error of diffc_inverse. In this case diffc uses a quarter of its gain: for a tool at the
-//! base frame's origin, that is the same law to first order.
+//! The [`Aim`] may leave part of the pose free. Then the goal in each cycle is the pose that meets the aim and is nearest to the
+//! tool's pose. The error has only the components that the aim determines, and the map uses only the rows of the Jacobian for these
+//! components. The laws with the R⁸ difference, diffc included, then use the error of diffc_inverse. In this case diffc uses a
+//! quarter of its gain: for a tool at the base frame's origin, that is the same law to first order.
 //!
 //! The reference work compares diffc with logc, which differ in both error and map. This table changes the two separately, on the work's own
 //! motion. It shows that the curved path, the overshoot and the high gain come from the transpose, not from R⁸:

@@ -45,8 +45,8 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
-/// Makes the checks of `check` with the given damping. Joint velocities may differ by the fraction `limit` of the largest
-/// velocity.
+/// Makes the checks of `check` with the given damping. `limit` is the allowed difference between joint velocities and the joint
+/// velocities of the plain form, as a fraction of the largest velocity.
 fn check_damped(
     damping: Damping,
     limit: f64,
