@@ -133,7 +133,7 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The allowed speed near the position, divided by the remaining distance [1/s].
+    /// The ratio of the allowed speed to the remaining distance, close to the position that the joint must not pass [1/s].
     rate: f64,
     /// The deceleration that is available to the joint [rad/s², prismatic: m/s²].
     pub deceleration: f64,

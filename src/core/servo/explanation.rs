@@ -113,8 +113,8 @@ impl Explanation {
         (self.by_itself, self.carries_since) = ([false; 2], None);
     }
 
-    /// Adds the measured pose of the tool at `now`. Replaces the last pose if less than `TOOL_STEP` lies between that pose and the
-    /// pose before it.
+    /// Adds the measured pose of the tool at `now`. If the two newest stored poses are less than `TOOL_STEP` seconds apart, the new
+    /// pose replaces the newer of them.
     pub fn note(&mut self, now: Duration, pose: UnitDualQuaternion) {
         let mut place = Place::of(now, &pose);
         if let Some(last) = self.tool.back() {

@@ -69,8 +69,8 @@ pub(super) struct Pursuit {
     pub received: Duration,
     /// When the goal's last message arrived.
     heard: Duration,
-    /// The goal as of its last move by the stream; before the first move, the goal with which the motion began. The next goal of the
-    /// stream counts as a move only if it differs from this goal by more than the tolerances.
+    /// The goal to which the stream last moved; before the first move, the goal with which the motion began. The stream moves the
+    /// goal only if its next goal differs from this goal by more than the tolerances.
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
@@ -129,8 +129,8 @@ pub(super) struct Watch {
     /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// Like `progress`, but the error must shrink by the larger fraction [`BRISK`](super::progress::BRISK). Shows that the law is
-    /// so slow that a reconfiguration may be better.
+    /// Like `progress`, but the law's error must shrink by the larger fraction [`BRISK`](super::progress::BRISK). If it shrinks
+    /// more slowly, a reconfiguration may be better than the law.
     pub pace: Progress,
     /// The size of the error that the law feeds back.
     pub law_error: f64,

@@ -221,8 +221,8 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` says, for
-    /// position and rotation, whether the goal moves independently of the tool. Any other motion counts as none.
+    /// Returns the goal's pose and twist at `now`; `None` if the goal does not move, or moves no more than its noise. `by_itself` says,
+    /// for position and rotation, whether the goal moves independently of the tool. The motion of the other parts is ignored.
     ///
     /// Let `T` be the largest age that a recent pose had when the next pose arrived. Up to an age `T` of the newest pose,
     /// extrapolates from this pose. Up to an age `2 T`, the goal stands at the last extrapolated pose. After that, returns `None`.

@@ -145,7 +145,7 @@ struct Open {
 }
 
 impl Stoppable {
-    /// Allocates the buffers for these arms and any scene, and for stops with the control period `period` \[s\].
+    /// Allocates the buffers for `arms`, for any scene, and for the cycles of the longest stop. `period` is the control period \[s\].
     pub fn new(arms: &Arms, period: f64) -> Self {
         let zeros = vec![0.0; arms.joint_count()];
         let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
