@@ -19,8 +19,8 @@ use std::time::Duration;
 /// sends once a second.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers whose requests the servo stores. While this many publishers stream, a message of a further
-/// publisher counts as older than every revocation.
+/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo treats a message
+/// of another publisher as if it had been sent before every revocation, because it cannot tell when that publisher began.
 pub(super) const MOST: usize = 16;
 
 /// The sender of a request for motion.

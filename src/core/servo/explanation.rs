@@ -67,7 +67,7 @@ const CARRIED: [f64; 2] = [0.1, 0.3];
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,
-    /// When the goal last jumped \[s\]. A jump is not a motion.
+    /// When the goal last jumped \[s\]. To find independent motion, only goals since then are compared, because a jump is not a motion.
     leapt: f64,
     by_itself: [bool; 2],
     /// The tool's pose when the tool began to carry the goal; `None` if the tool does not carry the goal.

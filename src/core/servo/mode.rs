@@ -69,8 +69,8 @@ pub(super) struct Pursuit {
     pub received: Duration,
     /// When the goal's last message arrived.
     heard: Duration,
-    /// The goal to which the stream last moved; before the first move, the goal with which the motion began. The stream moves the
-    /// goal only if its next goal differs from this goal by more than the tolerances.
+    /// The goal with which the motion began. If the goal of the stream has since moved away from it by more than the tolerances, this
+    /// is the goal at the last such move.
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,

@@ -37,7 +37,7 @@ const ERROR_SWING: f64 = 0.05;
 /// allows for the delay with which the arm follows the goal.
 const CHANGES: f64 = 2.0;
 
-/// The weight of the newest value in the average of the changes that a moving goal causes.
+/// The weight of the newest value in the running average of the changes of the law's error that a moving goal causes.
 const MEMORY: f64 = 0.2;
 
 /// Number of reversals of a joint that one change of the goal may cause.

@@ -31,7 +31,8 @@ pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
     stop: StoppingPath,
-    /// For each level of halving, the pairs whose gap is not yet proven wide enough on the first and on the second half of a path.
+    /// For each level of the repeated halving of the path: the pairs whose gap is not yet proven wide enough on the first half, and
+    /// those for the second half.
     open: Vec<[Vec<Open>; 2]>,
     positions: Vec<f64>,
     slope: Vec<f64>,
