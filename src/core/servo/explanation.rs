@@ -256,9 +256,9 @@ impl Explanation {
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
-    /// Compares a goal with the tool's pose of the time `lag` earlier. Returns the goal's position relative to the tool along the
-    /// base's axes, the goal's rotation, and the inverse of the tool's rotation. Before the tool's first measured pose, the tool
-    /// counts as standing. Returns `None` until the tool has two poses.
+    /// Compares a goal with the pose that the tool had `lag` seconds before the goal. Returns the goal's position relative to the tool
+    /// along the base's axes, the goal's rotation, and the inverse of the tool's rotation. Before the tool's first measured pose, the
+    /// tool counts as standing. Returns `None` until the tool has two poses.
     fn seen_from_tool(
         &self,
         goal: &Place,

@@ -60,7 +60,7 @@ pub enum Rejection {
     #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Revocation),
     /// The request to resume came while a publisher still sends revoked goals. If the servo resumed, the arm would move to an old
-    /// goal of this stream, because the servo rejects its later goals.
+    /// goal, because the servo rejects the newer ones.
     #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
     StreamsOn(Revocation),
     /// The request to move to another configuration cannot be met.

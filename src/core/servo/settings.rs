@@ -103,8 +103,8 @@ pub struct Settings {
     /// age from which a joint state is stale; the arm then decelerates \[s\]
     #[parameter(default = 0.1, range = 0.001..=10.0)]
     pub state_timeout: Duration,
-    /// a robot that was away for longer moves again only after a new goal or ~/pause (false); a goal older than this is rejected; a
-    /// stick that is silent for longer counts as released \[s\]
+    /// a robot whose joint states were missing for longer moves again only after a new goal or ~/pause (false); a goal older than
+    /// this is rejected; a joystick that is silent for longer counts as released \[s\]
     #[parameter(default = 1.0, range = 0.1..=3600.0)]
     pub rearm_timeout: Duration,
     /// time from a command to the joint state that shows its effect; 0: estimated from stamps and motion \[s\]

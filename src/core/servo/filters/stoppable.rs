@@ -125,8 +125,8 @@ impl StoppingPath {
         })
     }
 
-    /// Returns by how much a gap may be narrower than computed after `cycles` cycles \[m\]. `slope` is the change of the gap with
-    /// each joint [m/rad, prismatic: m/m].
+    /// Returns the largest possible error of a computed gap after `cycles` cycles of the stop: the real gap may be narrower by this
+    /// \[m\]. `slope` is the change of the gap with each joint [m/rad, prismatic: m/m].
     fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
         let joints = self.deviations(cycles).zip(slope);
         let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
@@ -225,16 +225,16 @@ impl PathCheck<'_> {
         self.placed.place(self.scene, self.input.arms.chains(), self.positions);
     }
 
-    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. First [place](Self::place) the arm at its position
-    /// after these cycles.
+    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. The caller must have [placed](Self::place) the arm
+    /// at its position after these cycles, and have measured the `gap` there.
     fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
         self.placed.slope(self.scene, pair, gap, self.slope);
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
     /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a rough bound, which takes little
-    /// time. Measures the gap if the rough bound is too small, or if `is_enough` returns false: if the bound does not prove that the
-    /// path nearby is clear.
+    /// time. Measures the gap only if the rough bound is too small, or if `is_enough` says that it does not prove the nearby path
+    /// to be clear.
     fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
