@@ -235,8 +235,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. A
-    /// request for a goal that replaces an unrevoked request is stored with the later of their two times `pushed`.
+    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. If it
+    /// is for a goal and the current request is not revoked, the later `pushed` of the two requests is stored.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());

@@ -266,8 +266,8 @@ impl Servo {
         self.clock.now
     }
 
-    /// Returns whether the last command moves no joint. The command of such a joint is not always zero: it may keep the joint still
-    /// against a payload or gravity.
+    /// Returns whether the last command moves no joint. Even such a command may not be zero: it may keep a joint still against a
+    /// payload or gravity.
     pub fn at_rest(&self) -> bool {
         self.output.at_rest()
     }

@@ -220,8 +220,8 @@ impl Explanation {
         })
     }
 
-    /// Considers the goals from index `first` on. Returns how much of their motion the tool's motion leaves unexplained \[m, rad\]
-    /// at the lag that explains the most.
+    /// Returns how much of the goals' motion the tool's motion leaves unexplained, at the lag that explains the most \[m, rad\].
+    /// Considers only the goals from index `first` on.
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -242,9 +242,9 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// Considers the goals from index `first` on, and the tool's motion `lag` \[s\] earlier. Returns how much of the goals' motion
-    /// the tool's motion leaves unexplained [m, rad]. The offset between tool and goal may be constant along the base's axes or
-    /// along the tool's axes, whichever explains more.
+    /// Returns how much of the goals' motion the tool's motion `lag` seconds earlier leaves unexplained [m, rad]. Considers only the
+    /// goals from index `first` on. The offset between tool and goal may be constant along the base's axes or along the tool's
+    /// axes, whichever explains more.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))

@@ -114,9 +114,9 @@ impl StoppingPath {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns the least and the largest difference between each joint's position after `cycles` cycles and the computed position
-    /// \[rad, prismatic: m\]. One cycle may have lasted twice its time. If the mean time between cycles exceeds the control period,
-    /// the joint may have moved during all of the extra time, or during none of it.
+    /// Returns, for each joint, the least and the largest difference between its real position after `cycles` cycles and the computed
+    /// position \[rad, prismatic: m\]. Allows for one cycle that takes twice its time. If the mean time between cycles exceeds the
+    /// control period, also allows for motion during all of the extra time, or during none of it.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
