@@ -139,9 +139,9 @@ impl Consent {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Push {
     request: MotionRequest,
-    /// When the first message of the push arrived.
+    /// When the first message of the request arrived.
     came: Duration,
-    /// Whether at least one message of the push is valid. A publisher that sends only invalid messages is not a rival of others.
+    /// Whether at least one message of the request is valid. A publisher that sends only invalid messages is not a rival of others.
     is_usable: bool,
 }
 
@@ -207,8 +207,8 @@ impl MotionRequests {
         request
     }
 
-    /// If `pushes` is full, removes the oldest one with a single message, because its publisher does not stream. Removes none if all
-    /// have several messages.
+    /// If `pushes` is full, removes the oldest request that consists of a single message, because its publisher does not stream.
+    /// Removes nothing if all requests have several messages.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);

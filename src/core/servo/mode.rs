@@ -81,8 +81,8 @@ pub(super) struct Pursuit {
     /// The sign of the goal's quaternion. The servo chooses the sign by the arm's pose when it first tracks the goal; `None` before
     /// that.
     pub sign: Option<SignMemory>,
-    /// The count of [configurations](super::Servo::configurations) when the servo last determined whether the goal is beyond reach,
-    /// and the result. `None` until the servo has determined it.
+    /// Whether the goal is beyond reach, and the number of [settings changes](super::Servo::configurations) when the servo determined
+    /// this; `None` until the servo has determined it.
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,

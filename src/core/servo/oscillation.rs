@@ -4,7 +4,7 @@
 //! oscillation only if they are frequent, or if the law's own error reverses with them. A sound motion only reduces that error.
 //!
 //! A moving goal also makes commands and errors reverse. A change of the error that comes directly from a change of the goal does
-//! not count. Each change of the goal may also reverse a joint twice: there and back.
+//! not count. Each change of the goal also raises the number of allowed reversals of a joint by two, there and back.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;

@@ -255,7 +255,7 @@ impl GoalStream {
         moves.then_some(fit)
     }
 
-    /// Returns the largest age that a pose had when the next pose arrived \[s\].
+    /// Returns the largest age that a pose had when the next pose arrived, but at most [`LONGEST_INTERVAL`] \[s\].
     fn longest_age(&self) -> f64 {
         let ages = self.samples.iter().zip(self.samples.iter().skip(1));
         ages.map(|(one, next)| seconds(next.received.saturating_sub(one.time)))

@@ -350,8 +350,8 @@ impl PathCheck<'_> {
     }
 }
 
-/// Sets `slowed` to the slowest velocity along the present path. If the jerk is limited, sets it to the mean of `velocity` and the
-/// first command of a stop.
+/// Sets `slowed` to the last command, slowed as far as all joints can slow down in one cycle without leaving the present path. If
+/// the jerk is limited, sets it to the mean of `velocity` and the first command of a stop instead.
 fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
     if input.joints.braking.limits_jerk() {
         input.joints.stop(slowed);
