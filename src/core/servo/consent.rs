@@ -1,14 +1,13 @@
 //! Consent: the arm moves only while someone's request is newer than the last event that revoked consent.
 //!
-//! A *push* is a request after a silence. It begins with the first message of a publisher of goals or twists, with the first twist
-//! after a zero twist, or with a request to `~/pause` (false), which requests the current goal again. Later messages belong to the
-//! same push if there is no silence between them. So a publisher that only continues after a revocation does not give consent
-//! again. Every message ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of
-//! one message.
+//! A request begins with the first goal or twist that a publisher sends after a silence, with the first twist after a zero twist, or
+//! with a call of `~/pause` (false), which requests the current goal again. Later messages of the publisher belong to the same
+//! request until the next silence. So a publisher that only continues after a revocation does not give consent again. Every message
+//! ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of one message.
 //!
-//! A revocation revokes every push that began up to a certain time. For `~/stop`, this is the time of the stop. For a robot that
+//! A revocation revokes every request that began up to a certain time. For `~/stop`, this is the time of the stop. For a robot that
 //! has appeared, it is `rearm_timeout` before the robot appeared. For a robot that has jumped, it is the time of the joint state
-//! before the jump. Two publishers that push at the same time are rivals, and revoke each other.
+//! before the jump. Two publishers that send requests at the same time are rivals. Each revokes the requests of the other.
 
 use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
@@ -135,7 +134,7 @@ impl Consent {
     }
 }
 
-/// A push: the messages of one publisher without a silence between them. Together they are one request.
+/// The present request of one publisher: all its messages since its last silence.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Push {
     request: MotionRequest,

@@ -26,8 +26,8 @@ const LONGEST_INTERVAL: f64 = 0.25;
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A goal has jumped if its pose differs from the expected pose by more than this fraction of the goal's motion plus `STEP` \[rad,
-/// m\]. The poses before a jump no longer count.
+/// A goal has jumped if its pose differs from the expected pose by more than `STEP` \[rad, m\] plus this fraction of the goal's
+/// expected motion since the last pose. The poses before a jump no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
 

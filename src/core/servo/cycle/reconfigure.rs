@@ -129,9 +129,10 @@ impl Servo {
         self.output.drop_rounding_errors();
     }
 
-    /// Returns the position limit or the singularity that slows the law down. Returns `None` if there is neither. Also returns `None`
-    /// if a stall would not lead to another configuration: if `reconfigure` is not `Always`, after an earlier search of the motion,
-    /// for a joint goal, or for a goal beyond reach.
+    /// Returns the position limit or the singularity that slows the law down, if any.
+    ///
+    /// Also returns `None` if a stall would not lead to another configuration. This is so if `reconfigure` is not `Always`, if there
+    /// was already a search during the motion, if the goal is joint positions, or if the goal is beyond reach.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
