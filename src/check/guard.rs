@@ -53,11 +53,11 @@ pub struct Guard {
     measured: Vec<f64>,
     /// When the last measured positions arrived.
     measured_at: Option<Duration>,
-    /// The time since which joint states have arrived without a gap, and no command has arrived.
+    /// The latest time at which a command arrived, or at which a gap in the joint states or in the guard's steps ended.
     silent_since: Duration,
     /// The time of the guard's last step.
     looked: Duration,
-    /// The time since which the guard has been stopping the arm, and the stop command; `None` if the guard is not stopping the arm.
+    /// When the guard began to stop the arm, and the stop command; `None` if the guard is not stopping the arm.
     stopping: Option<(Duration, Vec<f64>)>,
     stops: u64,
 }
@@ -139,7 +139,7 @@ impl Guard {
     }
 
     /// Returns the command that the guard must send at `now`; `None` if it must send nothing. The command consists of zeros or, if
-    /// the arm takes positions, of the positions that were measured when the commands ended.
+    /// the arm takes positions, of the positions that were measured when the guard began to stop the arm.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let before = std::mem::replace(&mut self.looked, now);
         if self.is_gap(before, now) {

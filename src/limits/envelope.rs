@@ -101,11 +101,12 @@ impl Envelope {
         }
     }
 
-    /// Slows the joints toward the speeds at which the tool keeps its limits. Returns true if the tool already keeps them.
+    /// Slows the joints if the tool would be too fast after the joints' accelerations have ended. Returns true if the tool keeps its
+    /// limits without this.
     ///
-    /// Either each joint slows down as far as it can, or all joints slow down along one line in joint space, whichever makes the
-    /// tool slower. Joints that slow down independently may turn a tool whose rotation they cancelled before. Along the line, a
-    /// weak joint delays the others.
+    /// Either each joint slows down as far as it can, or all joints slow down along one line in joint space. The command that makes
+    /// the tool slower is chosen. Joints that slow down independently may make the tool faster, because their motions no longer
+    /// cancel each other. Along the line, a weak joint delays the others.
     fn slow_at_rest(&mut self, limits: &Limits, arms: &Arms, velocity: &mut [f64]) -> bool {
         let factor = self.share_at_rest(limits, arms, velocity);
         if factor >= 1.0 {

@@ -5,11 +5,12 @@ use dq_kinematics::arm::ToolSpeed;
 use dq_params::Parameters;
 use std::ops::RangeInclusive;
 
-/// Longest time in which a joint comes to rest from its largest speed \[s\]. A deceleration limit that would take longer is raised.
+/// Longest time that a joint needs to come to rest from its largest speed \[s\]. A deceleration limit that is too low for this is
+/// raised.
 pub const STOP_TIME: f64 = 1.0;
 
-/// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. A jerk limit that would take longer is raised.
-/// So the jerk limit makes a stop longer by at most twice this time.
+/// Longest time that a joint with limited jerk needs to reach its largest acceleration or deceleration \[s\]. A jerk limit that is
+/// too low for this is raised. So the jerk limit makes a stop longer by at most twice this time.
 pub const RAMP_TIME: f64 = 0.2;
 
 /// The least time constant of the approach to a position limit, as a number of cycles. It applies even if the margin is narrow.
@@ -133,7 +134,7 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The allowed speed near the position, divided by the remaining distance [1/s].
+    /// The ratio of the allowed speed to the remaining distance, close to the position that the joint must not pass [1/s].
     rate: f64,
     /// The deceleration that is available to the joint [rad/s², prismatic: m/s²].
     pub deceleration: f64,

@@ -93,8 +93,8 @@ impl Span {
         self.hold(along)
     }
 
-    /// Returns the speed nearest to `wanted` between the last speed and 0. Returns `None` if the nearest speed is the last speed,
-    /// so that the joint need not slow down.
+    /// Returns the speed nearest to `wanted` between the last speed and 0. Returns `None` if that is the last speed: then the joint
+    /// need not slow down.
     pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));

@@ -1,14 +1,13 @@
 //! Consent: the arm moves only while someone's request is newer than the last event that revoked consent.
 //!
-//! A *push* is a request after a silence. It begins with the first message of a publisher of goals or twists, with the first twist
-//! after a zero twist, or with a request to `~/pause` (false), which requests the current goal again. Later messages belong to the
-//! same push if there is no silence between them. So a publisher that only continues after a revocation does not give consent
-//! again. Every message ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of
-//! one message.
+//! A request begins with the first goal or twist that a publisher sends after a silence, with the first twist after a zero twist, or
+//! with a call of `~/pause` (false), which requests the current goal again. Later messages of the publisher belong to the same
+//! request until the next silence. So a publisher that only continues after a revocation does not give consent again. Every message
+//! ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of one message.
 //!
-//! A revocation revokes every push that began up to a certain time. For `~/stop`, this is the time of the stop. For a robot that
+//! A revocation revokes every request that began up to a certain time. For `~/stop`, this is the time of the stop. For a robot that
 //! has appeared, it is `rearm_timeout` before the robot appeared. For a robot that has jumped, it is the time of the joint state
-//! before the jump. Two publishers that push at the same time are rivals, and revoke each other.
+//! before the jump. Two publishers that send requests at the same time are rivals. Each revokes the requests of the other.
 
 use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
@@ -19,8 +18,8 @@ use std::time::Duration;
 /// sends once a second.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers whose requests the servo stores. While this many publishers stream, a message of a further
-/// publisher counts as older than every revocation.
+/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo treats a message
+/// of another publisher as if it had been sent before every revocation, because it cannot tell when that publisher began.
 pub(super) const MOST: usize = 16;
 
 /// The sender of a request for motion.
@@ -135,13 +134,13 @@ impl Consent {
     }
 }
 
-/// A push: the messages of one publisher without a silence between them. Together they are one request.
+/// The present request of one publisher: all its messages since its last silence.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Push {
     request: MotionRequest,
-    /// When the first message of the push arrived.
+    /// When the first message of the request arrived.
     came: Duration,
-    /// Whether at least one message of the push is valid. A publisher that sends only invalid messages is not a rival of others.
+    /// Whether at least one message of the request is valid. A publisher that sends only invalid messages is not a rival of others.
     is_usable: bool,
 }
 
@@ -207,8 +206,8 @@ impl MotionRequests {
         request
     }
 
-    /// If `pushes` is full, removes the oldest one with a single message, because its publisher does not stream. Removes none if all
-    /// have several messages.
+    /// If `pushes` is full, removes the oldest request that consists of a single message, because its publisher does not stream.
+    /// Removes nothing if all requests have several messages.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -235,8 +234,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. A
-    /// request for a goal that replaces an unrevoked request is stored with the later of their two times `pushed`.
+    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. If it
+    /// is for a goal and the current request is not revoked, the later `pushed` of the two requests is stored.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());

@@ -64,7 +64,7 @@ pub struct Servo {
     contact: ContactState,
     joint_line: JointLine,
     output: Output,
-    /// The updates of motions that wait for [`Servo::take_motions`].
+    /// The motion updates that the next call of [`Servo::take_motions`] returns.
     motions: MotionLog,
     status: Status,
     rejections: Arc<RejectionCounts>,
@@ -266,8 +266,8 @@ impl Servo {
         self.clock.now
     }
 
-    /// Returns whether the last command moves no joint. The command of such a joint is not always zero: it may keep the joint still
-    /// against a payload or gravity.
+    /// Returns whether the last command moves no joint. Even such a command may not be zero: it may keep a joint still against a
+    /// payload or gravity.
     pub fn at_rest(&self) -> bool {
         self.output.at_rest()
     }
@@ -292,8 +292,8 @@ impl Servo {
         self.requests.consent()
     }
 
-    /// Returns the updates of motions since the last call, the oldest first. There is an update when a motion begins, when the arm
-    /// stalls, and when the motion ends. The servo keeps at most the latest [`MOTIONS`](super::MOTIONS) updates.
+    /// Returns the motion updates since the last call, the oldest first. There is an update when a motion begins, when it stalls, and
+    /// when it ends. The servo keeps at most the latest [`MOTIONS`](super::MOTIONS) updates.
     pub fn take_motions(&mut self) -> impl Iterator<Item = Motion> {
         self.motions.updates.drain(..)
     }

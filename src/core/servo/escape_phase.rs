@@ -35,12 +35,14 @@ pub(super) enum Phase {
 }
 
 impl Phase {
-    /// Returns the next phase of an escape that has moved the joints by `travelled` \[rad, prismatic: m\]. `speed` is the speed at
-    /// which the law alone would move the joints along the escape [rad/s, prismatic: m/s]. The escape ends if `speed` is at least
-    /// `ESCAPE_SPEED`.
+    /// Returns the next phase of an escape.
     ///
-    /// The escape also ends if the error grows, or if a number is NaN. It has failed if `travelled` exceeds `LONGEST`. `fall` is
-    /// the fraction by which the error shrinks per rad of the escape [1/rad].
+    /// The escape has moved the joints by `travelled` \[rad, prismatic: m\]. `speed` is the speed at which the law alone would move
+    /// the joints along the escape [rad/s, prismatic: m/s]. `fall` is the fraction by which the error shrinks per rad of the escape
+    /// [1/rad].
+    ///
+    /// The escape ends if `speed` is at least [`ESCAPE_SPEED`], if the error grows faster than [`RISE`], or if `speed` or `fall` is
+    /// NaN. Otherwise, it fails if `travelled` exceeds [`LONGEST`] or is NaN.
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < ESCAPE_SPEED && fall >= -RISE;
         match leads_on {

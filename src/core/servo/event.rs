@@ -36,7 +36,7 @@ pub enum Event<'a> {
         /// The age of the request on arrival.
         ago: Duration,
     },
-    /// The result of the search that the servo [asked](Servo::ask). The servo ignores it if the question is out of date.
+    /// The result of a search that [`Servo::ask`] started. The servo ignores the result if it no longer waits for this search.
     Found(Found<'a>),
     /// Calls [`Servo::take_joint_state`] for the arm with this number.
     JointState(usize, JointReading<'a>),

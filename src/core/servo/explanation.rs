@@ -67,7 +67,7 @@ const CARRIED: [f64; 2] = [0.1, 0.3];
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,
-    /// When the goal last jumped \[s\]. A jump is not a motion.
+    /// When the goal last jumped \[s\]. To find independent motion, only goals since then are compared, because a jump is not a motion.
     leapt: f64,
     by_itself: [bool; 2],
     /// The tool's pose when the tool began to carry the goal; `None` if the tool does not carry the goal.
@@ -113,8 +113,8 @@ impl Explanation {
         (self.by_itself, self.carries_since) = ([false; 2], None);
     }
 
-    /// Adds the measured pose of the tool at `now`. Replaces the last pose if less than `TOOL_STEP` lies between that pose and the
-    /// pose before it.
+    /// Adds the measured pose of the tool at `now`. If the two newest stored poses are less than `TOOL_STEP` seconds apart, the new
+    /// pose replaces the newer of them.
     pub fn note(&mut self, now: Duration, pose: UnitDualQuaternion) {
         let mut place = Place::of(now, &pose);
         if let Some(last) = self.tool.back() {
@@ -220,8 +220,8 @@ impl Explanation {
         })
     }
 
-    /// Considers the goals from index `first` on. Returns how much of their motion the tool's motion leaves unexplained \[m, rad\]
-    /// at the lag that explains the most.
+    /// Returns how much of the goals' motion the tool's motion leaves unexplained, at the lag that explains the most \[m, rad\].
+    /// Considers only the goals from index `first` on.
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -242,9 +242,9 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// Considers the goals from index `first` on, and the tool's motion `lag` \[s\] earlier. Returns how much of the goals' motion
-    /// the tool's motion leaves unexplained [m, rad]. The offset between tool and goal may be constant along the base's axes or
-    /// along the tool's axes, whichever explains more.
+    /// Returns how much of the goals' motion the tool's motion `lag` seconds earlier leaves unexplained [m, rad]. Considers only the
+    /// goals from index `first` on. The offset between tool and goal may be constant along the base's axes or along the tool's
+    /// axes, whichever explains more.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
@@ -256,9 +256,9 @@ impl Explanation {
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
-    /// Compares a goal with the tool's pose of the time `lag` earlier. Returns the goal's position relative to the tool along the
-    /// base's axes, the goal's rotation, and the inverse of the tool's rotation. Before the tool's first measured pose, the tool
-    /// counts as standing. Returns `None` until the tool has two poses.
+    /// Compares a goal with the pose that the tool had `lag` seconds before the goal. Returns the goal's position relative to the tool
+    /// along the base's axes, the goal's rotation, and the inverse of the tool's rotation. Before the tool's first measured pose, the
+    /// tool counts as standing. Returns `None` until the tool has two poses.
     fn seen_from_tool(
         &self,
         goal: &Place,

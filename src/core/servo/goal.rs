@@ -25,7 +25,7 @@ impl Goal {
     /// Creates a goal from a position \[m\] and an orientation (x, y, z, w) in the frame `frame_id`, which must be `base_frame` or empty.
     ///
     /// # Errors
-    /// A [`Rejection`] for another frame, for a number that is not finite or beyond [`bounds`], or for a quaternion that is not a unit one.
+    /// A [`Rejection`] for another frame, for a number that is not finite or beyond [`bounds`], or for a quaternion whose norm is not 1.
     pub fn new(
         position: [f64; 3],
         orientation_xyzw: [f64; 4],

@@ -69,8 +69,8 @@ pub(super) struct Pursuit {
     pub received: Duration,
     /// When the goal's last message arrived.
     heard: Duration,
-    /// The goal as of its last move by the stream; before the first move, the goal with which the motion began. The next goal of the
-    /// stream counts as a move only if it differs from this goal by more than the tolerances.
+    /// The goal with which the motion began. If the goal of the stream has since moved away from it by more than the tolerances, this
+    /// is the goal at the last such move.
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
@@ -81,8 +81,8 @@ pub(super) struct Pursuit {
     /// The sign of the goal's quaternion. The servo chooses the sign by the arm's pose when it first tracks the goal; `None` before
     /// that.
     pub sign: Option<SignMemory>,
-    /// The count of [configurations](super::Servo::configurations) when the servo last determined whether the goal is beyond reach,
-    /// and the result. `None` until the servo has determined it.
+    /// Whether the goal is beyond reach, and the number of [settings changes](super::Servo::configurations) when the servo determined
+    /// this; `None` until the servo has determined it.
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,
@@ -129,8 +129,8 @@ pub(super) struct Watch {
     /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// Like `progress`, but the error must shrink by the larger fraction [`BRISK`](super::progress::BRISK). Shows that the law is
-    /// so slow that a reconfiguration may be better.
+    /// Like `progress`, but the law's error must shrink by the larger fraction [`BRISK`](super::progress::BRISK). If it shrinks
+    /// more slowly, a reconfiguration may be better than the law.
     pub pace: Progress,
     /// The size of the error that the law feeds back.
     pub law_error: f64,

@@ -78,7 +78,7 @@ impl Motion {
 /// Largest number of motion updates that the servo keeps until they are collected.
 pub const MOTIONS: usize = 100;
 
-/// The updates of motions that nobody has collected yet.
+/// The motion updates that the caller has not collected yet.
 #[derive(Clone, Debug)]
 pub(super) struct MotionLog {
     pub updates: Vec<Motion>,

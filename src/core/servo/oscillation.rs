@@ -4,7 +4,7 @@
 //! oscillation only if they are frequent, or if the law's own error reverses with them. A sound motion only reduces that error.
 //!
 //! A moving goal also makes commands and errors reverse. A change of the error that comes directly from a change of the goal does
-//! not count. Each change of the goal may also reverse a joint twice: there and back.
+//! not count. Each change of the goal also raises the number of allowed reversals of a joint by two, there and back.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -37,7 +37,7 @@ const ERROR_SWING: f64 = 0.05;
 /// allows for the delay with which the arm follows the goal.
 const CHANGES: f64 = 2.0;
 
-/// The weight of the newest value in the average of the changes that a moving goal causes.
+/// The weight of the newest value in the running average of the changes of the law's error that a moving goal causes.
 const MEMORY: f64 = 0.2;
 
 /// Number of reversals of a joint that one change of the goal may cause.

@@ -39,8 +39,8 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// Explains the reason in a sentence. `joint` names a joint by its number, `publisher` a publisher by its number, and `topic` the topic
-    /// of the commands by the number of the arm.
+    /// Explains the reason in a sentence. `joint` returns the name of the joint with a number. `publisher` returns the name of the
+    /// publisher of an input with a number. `topic` returns the topic of the commands for the arm with a number.
     pub fn explain(
         &self,
         joint: impl Fn(usize) -> String,

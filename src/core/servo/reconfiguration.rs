@@ -26,11 +26,12 @@ pub struct Detour {
     pub joint: usize,
     /// Whether the joint is revolute or prismatic.
     pub kind: JointKind,
-    /// The present position of the joint \[rad, prismatic: m\].
+    /// The position of the joint when the search found the configuration \[rad, prismatic: m\].
     pub from: f64,
     /// The position of the joint in the other configuration \[rad, prismatic: m\].
     pub to: f64,
-    /// When the search found the configuration, by the cycle's clock. A request counts only if it was sent later.
+    /// When the search found the configuration, by the cycle's clock. The servo rejects a request to move to the configuration that
+    /// was sent earlier.
     pub found: Duration,
 }
 

@@ -59,8 +59,8 @@ pub enum Rejection {
     /// The request to resume was sent before the last revocation.
     #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Revocation),
-    /// The request to resume is for a goal of a revoked stream that still continues. The arm would move to that goal while the
-    /// servo rejects later goals of the stream.
+    /// The request to resume came while a publisher still sends revoked goals. If the servo resumed, the arm would move to an old
+    /// goal, because the servo rejects the newer ones.
     #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
     StreamsOn(Revocation),
     /// The request to move to another configuration cannot be met.

@@ -35,7 +35,7 @@ pub struct Rivals {
 pub enum Revocation {
     /// The robot appeared this long after the request \[s\].
     CameLater(f64),
-    /// The robot was away for this time \[s\].
+    /// No joint states came from the robot for this time \[s\].
     WasAway(f64),
     /// A joint jumped: its number (from 1, arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),

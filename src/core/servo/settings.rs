@@ -84,7 +84,8 @@ pub struct Settings {
     /// adds the motion of a moving goal to the law's, so that the tool does not lag behind
     #[parameter(default = true)]
     pub feed_forward: bool,
-    /// how far past a half turn the law keeps the sign of the goal
+    /// how far past a half turn from the goal the law keeps its direction of rotation: the sine of half of the angle beyond the half
+    /// turn
     // The δ of the rule by which the law chooses between q and −q, which are the same pose.
     #[parameter(default = 0.1, range = 0.0..=0.9)]
     pub hysteresis: f64,
@@ -103,8 +104,8 @@ pub struct Settings {
     /// age from which a joint state is stale; the arm then decelerates \[s\]
     #[parameter(default = 0.1, range = 0.001..=10.0)]
     pub state_timeout: Duration,
-    /// a robot that was away for longer moves again only after a new goal or ~/pause (false); a goal older than this is rejected; a
-    /// stick that is silent for longer counts as released \[s\]
+    /// a robot whose joint states were missing for longer moves again only after a new goal or ~/pause (false); a goal older than
+    /// this is rejected; a joystick that is silent for longer counts as released \[s\]
     #[parameter(default = 1.0, range = 0.1..=3600.0)]
     pub rearm_timeout: Duration,
     /// time from a command to the joint state that shows its effect; 0: estimated from stamps and motion \[s\]
@@ -130,7 +131,8 @@ pub struct Settings {
     /// The kind of commands that the robot takes. It does not change while the servo runs.
     #[parameter(group)]
     pub interface: Interface,
-    /// how far a joint that takes positions may be from its expected setpoint; if it is farther, the arm holds \[rad, m\]
+    /// largest distance between the setpoint of a joint and its position as predicted for that time; if it is larger, the arm holds;
+    /// only for an arm that takes positions \[rad, m\]
     #[parameter(default = 0.2, range = 0.001..=3.0)]
     pub following_error: f64,
 }

@@ -81,8 +81,8 @@ pub struct ContactStatus {
     pub wrench: [f64; 2],
     /// The distance \[m\] and angle \[rad\] by which the goal has yielded.
     pub offset: [f64; 2],
-    /// The least stable damping of motion along an axis \[N s/m\], and the delay \[s\] that makes it necessary. `None` if the
-    /// parameter `contact.damping` is enough.
+    /// The smallest damping with which motion along every axis is stable \[N s/m\], and the delay \[s\] that makes it necessary.
+    /// `None` if the parameter `contact.damping` is large enough.
     pub least_damping: Option<(f64, f64)>,
 }
 

@@ -26,8 +26,8 @@ const LONGEST_INTERVAL: f64 = 0.25;
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A goal has jumped if its pose differs from the expected pose by more than this fraction of the goal's motion plus `STEP` \[rad,
-/// m\]. The poses before a jump no longer count.
+/// A goal has jumped if its pose differs from the expected pose by more than `STEP` \[rad, m\] plus this fraction of the goal's
+/// expected motion since the last pose. The poses before a jump no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
 
@@ -221,8 +221,8 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` says, for
-    /// position and rotation, whether the goal moves independently of the tool. Any other motion counts as none.
+    /// Returns the goal's pose and twist at `now`; `None` if the goal does not move, or moves no more than its noise. `by_itself` says,
+    /// for position and rotation, whether the goal moves independently of the tool. The motion of the other parts is ignored.
     ///
     /// Let `T` be the largest age that a recent pose had when the next pose arrived. Up to an age `T` of the newest pose,
     /// extrapolates from this pose. Up to an age `2 T`, the goal stands at the last extrapolated pose. After that, returns `None`.
@@ -255,7 +255,7 @@ impl GoalStream {
         moves.then_some(fit)
     }
 
-    /// Returns the largest age that a pose had when the next pose arrived \[s\].
+    /// Returns the largest age that a pose had when the next pose arrived, but at most [`LONGEST_INTERVAL`] \[s\].
     fn longest_age(&self) -> f64 {
         let ages = self.samples.iter().zip(self.samples.iter().skip(1));
         ages.map(|(one, next)| seconds(next.received.saturating_sub(one.time)))

@@ -111,8 +111,9 @@ impl Servo {
         self.robot.link.delay() + self.clock.period
     }
 
-    /// Returns the goal displaced by `offset`, with which it yields to the wrench. The goal is `moving` or, if that is `None`, the
-    /// goal of `pursuit`, which stands still. If there is no offset, returns `moving`.
+    /// Returns the goal displaced by the `offset` by which it yields to the wrench. If there is no offset, returns `moving`.
+    ///
+    /// The argument `moving` is the goal if it moves. If it is `None`, the goal is the pose of `pursuit`, and does not move.
     ///
     /// The offset `x` moves with the goal. If `ξ_d` is the body twist of the goal and `v` the body twist of the offset, the yielded
     /// goal has the body twist `Ad_{x⁻¹} ξ_d + v`.

@@ -189,7 +189,8 @@ impl Servo {
         self.explanation.compare(now, place, goes_on, &nearness).then_some(nearness)
     }
 
-    /// Revokes the requests so far if TF has lacked the goal's frame for longer than `rearm_timeout` since the current request.
+    /// Revokes consent if TF has lacked the goal's frame for longer than `rearm_timeout`. The time before the current request does not
+    /// count.
     pub(super) fn watch_frame(&mut self, now: Duration) {
         let Some(lost) = self.mode.pursuit().and_then(|pursuit| pursuit.lost) else { return };
         let request = self.requests.consent().request().filter(|request| request.revoked.is_none());

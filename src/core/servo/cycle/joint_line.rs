@@ -112,12 +112,12 @@ impl JointLine {
         self.rest = rest;
     }
 
-    /// Returns the rate at which to move [1/s]: the fraction of the displacements `rest` per second. This rate is at most `rate`.
-    /// At this rate the tool can keep its speed limits along the whole line, if the arm slows down by `acceleration` [1/s²].
+    /// Returns the rate at which to move [1/s]: the fraction of the displacements `rest` per second, at most `rate`. From this rate,
+    /// the arm can slow down by `acceleration` [1/s²] early enough for the tool to keep its speed limits along the whole line.
     ///
-    /// At the fraction p of the line, let `r(p)` be the rate that the tool's limits allow there. Then the present rate may be at
-    /// most `√(r(p)² + 2 a p)`, with the acceleration a. It is necessary to look ahead: if joints turn in opposite directions, the
-    /// tool may hardly move now and move fast a little later.
+    /// Let `r(p)` be the rate that the tool's limits allow at the fraction p of the line. Then the present rate may be at most
+    /// `√(r(p)² + 2 a p)`, with the acceleration a. It is necessary to look ahead: if joints turn in opposite directions, the tool
+    /// may hardly move now and move fast a little later.
     fn tool_rate(
         &mut self,
         from: &[f64],

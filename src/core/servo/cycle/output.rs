@@ -111,9 +111,9 @@ impl Output {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Makes the servo send nothing while it is `blind`: while the arm's motion during missed cycles is unknown. Without commands,
-    /// the arm stops after its own timeout. The last command then becomes `hold` [rad/s, prismatic: m/s], under which the joints
-    /// stand still.
+    /// If `blind` is true, the servo sends nothing. The servo is blind while it does not know how the arm moved during missed cycles.
+    /// Without commands, the arm stops after its own timeout. So the last command is set to `hold` [rad/s, prismatic: m/s], under
+    /// which the joints stand still.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {

@@ -1,8 +1,8 @@
 //! Reconfiguration of a stalled motion: the arm moves to another configuration along a straight line in joint space. From there the
 //! law continues.
 //!
-//! A [`Search`] finds the joint positions of the other configuration. The servo [asks](Servo::ask) the question, and the caller runs
-//! the search. The result of the search is an event, like every input from the robot.
+//! A [`Search`] finds the joint positions of the other configuration. [`Servo::ask`] tells the search which goal to reach, and the
+//! caller runs the search. The result of the search is an event, like every input from the robot.
 
 use super::Servo;
 use crate::servo::mode::{Pursuit, Watch};
@@ -18,8 +18,9 @@ const ANSWER: Duration = Duration::from_secs(2);
 const NEAR: f64 = 1e-3;
 
 impl Servo {
-    /// Asks `search` for another configuration that reaches the goal, once the stalled arm has come to rest. Returns whether the
-    /// search has a new question. The result comes back as [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
+    /// Asks `search` for another configuration that reaches the goal, once the stalled arm has come to rest. Returns whether it has
+    /// asked in this call; the caller then runs the search. The result comes back as [`Event::Found`](crate::servo::Event::Found).
+    /// Allocates nothing.
     pub fn ask(&self, search: &mut Search) -> bool {
         let Some(pursuit) = self.mode.pursuit() else { return false };
         let Reconfiguration::Searching(since) = pursuit.watch.reconfiguration else { return false };
@@ -33,7 +34,7 @@ impl Servo {
         is_new
     }
 
-    /// Takes the result of a search. Ignores it if the question is out of date.
+    /// Takes the result of a search. Ignores the result if the servo no longer waits for this search.
     pub(in crate::servo) fn take_found(&mut self, found: &Found) {
         let (now, limits) = (self.now(), &self.settings.limits);
         let asked = Reconfiguration::Searching(found.asked);
@@ -128,9 +129,10 @@ impl Servo {
         self.output.drop_rounding_errors();
     }
 
-    /// Returns the position limit or the singularity that slows the law down. Returns `None` if there is neither. Also returns `None`
-    /// if a stall would not lead to another configuration: if `reconfigure` is not `Always`, after an earlier search of the motion,
-    /// for a joint goal, or for a goal beyond reach.
+    /// Returns the position limit or the singularity that slows the law down, if any.
+    ///
+    /// Also returns `None` if a stall would not lead to another configuration. This is so if `reconfigure` is not `Always`, if there
+    /// was already a search during the motion, if the goal is joint positions, or if the goal is beyond reach.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;

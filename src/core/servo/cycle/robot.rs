@@ -103,8 +103,8 @@ impl Servo {
         }
     }
 
-    /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
-    /// only one publisher; `None` if no such input has two.
+    /// Revokes consent if an arm has appeared or jumped, if a joint does not follow, or if two publishers send an input that may have
+    /// only one. Returns these two publishers, if any.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
@@ -193,7 +193,7 @@ impl Servo {
     }
 
     /// Returns the state in which the arm must stand, and the reason for it. The state is `None` if the arm may be driven. If several
-    /// states apply, returns the one that this function checks first.
+    /// states apply, returns the first one in the order of the checks below.
     pub(super) fn reason_to_stand(
         &self,
         now: Duration,

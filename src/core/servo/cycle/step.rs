@@ -1,4 +1,5 @@
-//! The cycle: inputs, consent, target, desired velocity, filters, command, report.
+//! The steps of one cycle, in this order: take the inputs, update the consent, determine the goal, compute the desired velocity,
+//! filter it into the command, and report the status.
 
 use super::Servo;
 use super::output::Hindrance;

@@ -17,9 +17,9 @@ const DELAYS: f64 = 5.0;
 /// The fraction of the acceleration limit that braking for gaps uses.
 const SHARE: f64 = 0.5;
 
-/// A gap below the clearance must grow, because joints that move along the gap would otherwise close it: their paths bend. The
-/// required rate of growth is at most this fraction of the largest possible rate. At the largest possible rate, every joint widens
-/// the gap at its desired speed.
+/// The largest rate at which a gap below the clearance has to grow, as a fraction of its fastest growth. In the fastest growth, every
+/// joint widens the gap at its desired speed. If the gap only had to stay constant, it would slowly close, because the path of each
+/// joint is curved.
 const LEAVING: f64 = 0.1;
 
 /// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.

@@ -20,7 +20,7 @@ impl LawDemand {
 
     /// Adds the joint velocities at which the tool moves with its goal.
     ///
-    /// Let `ξ_d` be the goal's body twist, and `e = q_d* q` the error of the tool pose `q` from the goal pose `q_d` (eq. 28). Let
+    /// Let `ξ_d` be the goal's body twist, and `e = q_d* q` the error of the tool pose `q` with respect to the goal pose `q_d`. Let
     /// `−K X` be the body twist that the law demands. If the tool's body twist is `ξ = Ad_{e⁻¹} ξ_d − K X`, the twist of the error
     /// is `−K X`. So the error decays as for a fixed goal.
     fn feed_forward(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {

@@ -1,6 +1,10 @@
-//! The filters that turn the desired velocity into the command. They add the escape, the feed-forward and the posture to a law's
-//! velocity, and limit its acceleration. They move gently until each joint has responded. They keep the arm clear of its scene, and
-//! the command within the envelope. Finally, they check that the arm can be stopped.
+//! The filters that turn the desired velocity into the command, in this order:
+//!
+//! 1. Add the escape, the feed-forward and the posture to a law's velocity, and limit its acceleration.
+//! 2. Keep the arm slow until each joint has followed a command.
+//! 3. Keep the arm clear of its scene.
+//! 4. Keep the command within the envelope.
+//! 5. Check that the arm can be stopped without closing a gap.
 //!
 //! The desired velocity comes from a law, from a twist, or from a straight line in joint space.
 
@@ -140,7 +144,7 @@ impl Filters {
     }
 }
 
-/// Scales velocities to a gentle speed until each joint has followed a command.
+/// Scales `velocity` down to a low speed until each joint has followed a command.
 fn keep_probing_speed(input: &FilterInput, velocity: &mut [f64]) {
     scale(velocity, input.link.probing_factor(velocity, &input.settings.limits.joint_acceleration));
 }

@@ -31,7 +31,8 @@ pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
     stop: StoppingPath,
-    /// For each level of halving, the pairs whose gap is not yet proven wide enough on the first and on the second half of a path.
+    /// For each level of the repeated halving of the path: the pairs whose gap is not yet proven wide enough on the first half, and
+    /// those for the second half.
     open: Vec<[Vec<Open>; 2]>,
     positions: Vec<f64>,
     slope: Vec<f64>,
@@ -113,9 +114,9 @@ impl StoppingPath {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns the least and the largest difference between each joint's position after `cycles` cycles and the computed position
-    /// \[rad, prismatic: m\]. One cycle may have lasted twice its time. If the mean time between cycles exceeds the control period,
-    /// the joint may have moved during all of the extra time, or during none of it.
+    /// Returns, for each joint, the least and the largest difference between its real position after `cycles` cycles and the computed
+    /// position \[rad, prismatic: m\]. Allows for one cycle that takes twice its time. If the mean time between cycles exceeds the
+    /// control period, also allows for motion during all of the extra time, or during none of it.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -124,8 +125,8 @@ impl StoppingPath {
         })
     }
 
-    /// Returns by how much a gap may be narrower than computed after `cycles` cycles \[m\]. `slope` is the change of the gap with
-    /// each joint [m/rad, prismatic: m/m].
+    /// Returns the largest possible error of a computed gap after `cycles` cycles of the stop: the real gap may be narrower by this
+    /// \[m\]. `slope` is the change of the gap with each joint [m/rad, prismatic: m/m].
     fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
         let joints = self.deviations(cycles).zip(slope);
         let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
@@ -145,7 +146,7 @@ struct Open {
 }
 
 impl Stoppable {
-    /// Allocates the buffers for these arms and any scene, and for stops with the control period `period` \[s\].
+    /// Allocates the buffers for `arms`, for any scene, and for the cycles of the longest stop. `period` is the control period \[s\].
     pub fn new(arms: &Arms, period: f64) -> Self {
         let zeros = vec![0.0; arms.joint_count()];
         let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
@@ -224,16 +225,16 @@ impl PathCheck<'_> {
         self.placed.place(self.scene, self.input.arms.chains(), self.positions);
     }
 
-    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. First [place](Self::place) the arm at its position
-    /// after these cycles.
+    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. The caller must have [placed](Self::place) the arm
+    /// at its position after these cycles, and have measured the `gap` there.
     fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
         self.placed.slope(self.scene, pair, gap, self.slope);
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
     /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a rough bound, which takes little
-    /// time. Measures the gap if the rough bound is too small, or if `is_enough` returns false: if the bound does not prove that the
-    /// path nearby is clear.
+    /// time. Measures the gap only if the rough bound is too small, or if `is_enough` says that it does not prove the nearby path
+    /// to be clear.
     fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
@@ -349,8 +350,8 @@ impl PathCheck<'_> {
     }
 }
 
-/// Sets `slowed` to the slowest velocity along the present path. If the jerk is limited, sets it to the mean of `velocity` and the
-/// first command of a stop.
+/// Sets `slowed` to the last command, slowed as far as all joints can slow down in one cycle without leaving the present path. If
+/// the jerk is limited, sets it to the mean of `velocity` and the first command of a stop instead.
 fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
     if input.joints.braking.limits_jerk() {
         input.joints.stop(slowed);
