@@ -47,10 +47,10 @@ struct RightParameters {
     /// name of the frame of the right arm's base, if the right arm has a description of its own
     #[parameter(fixed)]
     base_frame: String,
-    /// name of the frame of the right arm's tool; empty: the right arm is like the left one
+    /// name of the frame of the right arm's tool. Empty, and no description of the right arm either: the right arm is like the left one
     #[parameter(fixed)]
     tool_frame: String,
-    /// URDF of the right arm; empty: that of the left one, in which both arms hang from base_frame
+    /// URDF of the right arm, if it has one of its own. Empty: right_tool_frame is a frame in robot_description, or empty, too
     #[parameter(fixed)]
     robot_description: String,
     /// file that contains the right_robot_description

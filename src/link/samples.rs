@@ -16,7 +16,7 @@ const SPACING: Duration = Duration::from_millis(10);
 /// is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
-/// Number of samples: those within one window, and the last sample before it.
+/// Largest number of samples: one every [`SPACING`] within a [`WINDOW`], and one more at the window's start.
 const CAPACITY: usize = 12;
 
 /// The joint positions of one arm at one time.

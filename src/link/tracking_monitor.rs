@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The distance that a joint must be commanded to move within a window before the monitor judges whether it follows \[rad,
-/// prismatic: m\].
+/// The least commanded distance of a joint in a window from which the monitor judges whether the joint follows \[rad, prismatic:
+/// m\].
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The monitor reports a joint that moves at least this many times as far as commanded.

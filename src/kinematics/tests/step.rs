@@ -115,8 +115,8 @@ fn singular_configurations_agree_with_the_plain_step() {
     }
 }
 
-/// Without damping, the matrix `J Jᵀ` of an arm with one joint has no inverse. The joint must still move with the twist's angular
-/// velocity about its axis.
+/// Without damping, the matrix `J Jᵀ` of an arm with one joint has no inverse. The joint must still turn with the
+/// component of the twist's angular velocity along the joint's axis.
 #[test]
 fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     let row = DhRow { alpha: 0.0, a: 0.0, d: 0.0, theta_offset: 0.0 };

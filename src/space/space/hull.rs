@@ -48,10 +48,11 @@ struct Face {
 /// A hull counts as flat if its thickness is at most this many meters, or at most this fraction of its length.
 pub(super) const FLAT: f64 = 1e-6;
 
-/// A point counts as in a plane if its distance from the plane is at most this fraction of the hull's length.
+/// The largest distance from a plane at which a point counts as a point of the plane, as a fraction of the hull's length.
 const EXACT: f64 = 1e-8;
 
-/// A point counts as above a face if its distances from the face and from the face's plane differ by at most this \[m\].
+/// The largest difference between a point's distance from a face and its distance from the face's plane \[m\] at which the point
+/// counts as directly above the face.
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {
