@@ -57,9 +57,8 @@ struct RightParameters {
     // The node reads the file when it starts; afterwards `right_robot_description` has the arm.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
-    /// capsules around the links of the right arm, written as in body, the left arm's parameter. If none are given, a right arm that
-    /// is like the left one has the left arm's capsules. A right arm with its own robot description, or with its own tool frame in
-    /// the common one, has the defaults of body
+    /// capsules around the links of the right arm, written as in body, the left arm's parameter. Empty: the left arm's capsules, if
+    /// the right arm is like the left one; otherwise the defaults of body
     #[parameter()]
     body: Vec<String>,
 }

@@ -40,8 +40,8 @@ const REST: Duration = Duration::from_millis(300);
 /// How long the servo sends zeros to an arm that does not follow, before it tries the arm again.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// The monitor updates its estimate of [`TrackingMonitor::factor()`] only while the commanded motion is large. It must be at least
-/// this many times the motion that a payload or gravity takes away.
+/// The monitor updates its estimate of [`TrackingMonitor::factor()`] only while the commanded motion is at least this many times the
+/// motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
 /// The weight of a new window in the smoothed speed fraction of the robot.

@@ -244,8 +244,8 @@ fn changed_parameters_do_not_move_the_offset_at_once() {
 }
 
 /// Simulates a wall that begins at 0 along x, and a goal that moves into it at 5 cm/s. The force acts `delay` \[s\] later; the
-/// admittance is told a delay of `told` \[s\]. Returns the largest deviation of the force from its mean in the last of 6 s, divided
-/// by that mean.
+/// admittance is told a delay of `told` \[s\]. Returns the largest deviation of the force from its mean in the last second of the 6 s,
+/// divided by that mean.
 fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     let dt = 1e-3;
     let mut admittance = settled(compliance);

@@ -49,9 +49,8 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// `TrackingMonitor::watch_motion` then compares the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
-/// The least change of the commanded motion from which the monitor judges whether a slow joint has stopped responding \[rad,
-/// prismatic: m\]. The change is the distance that was commanded since the [`Anchor`], less the distance at the speed commanded at
-/// the anchor.
+/// The least commanded change X (see the documentation of the module) from which the monitor judges whether a slow joint has
+/// stopped responding \[rad, prismatic: m\].
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
