@@ -37,7 +37,7 @@ struct TwoArmParameters {
     damping: DampingParameters,
 }
 
-/// The parameters of the right arm. Without them, it is like the left arm.
+/// The parameters of the right arm. If none is set, the right arm is like the left arm.
 #[derive(Parameters)]
 #[parameters(prefix = "right_")]
 struct RightParameters {
@@ -47,10 +47,10 @@ struct RightParameters {
     /// name of the frame of the right arm's base, if the right arm has a description of its own
     #[parameter(fixed)]
     base_frame: String,
-    /// name of the frame of the right arm's tool. Empty, and no description of the right arm either: the right arm is like the left one
+    /// name of the frame of the right arm's tool; not needed if the right arm is like the left one
     #[parameter(fixed)]
     tool_frame: String,
-    /// URDF of the right arm, if it has one of its own. Empty: right_tool_frame is a frame in robot_description, or empty, too
+    /// URDF of the right arm; not needed if robot_description has both arms, or if the right arm is like the left one
     #[parameter(fixed)]
     robot_description: String,
     /// file that contains the right_robot_description

@@ -47,7 +47,7 @@ pub fn oddity(text: &str) -> Option<String> {
 
 /// The reason why the strict parser rejects a text.
 enum NotStrict {
-    /// No parser can read the text.
+    /// The error is final: the lenient parser does not try the text.
     Refused(DescriptionError),
     /// The lenient parser may be able to read the text.
     Odd { why: DescriptionError, line: u32 },

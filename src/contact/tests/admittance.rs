@@ -87,7 +87,8 @@ fn with(stiffness: [f64; 6], damping: [f64; 6]) -> Compliance {
     Compliance { stiffness, damping, ..compliance(0.0, 1.0, 1.0) }
 }
 
-/// Integrates the equation of motion with matrices in steps of 20 µs. The elastic wrench is the gradient of the energy, by differences.
+/// Integrates the equation of motion with matrices in steps of 20 µs. The elastic wrench is the gradient of the energy, computed by
+/// finite differences.
 fn integrated(wrench: &Vector6<f64>, stiffness: &Vector6<f64>, damping: f64, time: f64) -> Matrix4<f64> {
     let (dt, mut pose, mut twist) = (2e-5, Matrix4::<f64>::identity(), Vector6::zeros());
     let energy_at = |pose: &Matrix4<f64>| {

@@ -13,7 +13,7 @@ pub struct Hull {
     faces: Arc<[Face]>,
     /// A ball around the hull.
     ball: Ball,
-    /// The distance from a face's plane up to which a point counts as in the plane \[m\].
+    /// The largest distance from a face's plane at which a point counts as a point of the plane \[m\].
     near: f64,
 }
 
@@ -51,8 +51,8 @@ pub(super) const FLAT: f64 = 1e-6;
 /// The largest distance from a plane at which a point counts as a point of the plane, as a fraction of the hull's length.
 const EXACT: f64 = 1e-8;
 
-/// The largest difference between a point's distance from a face and its distance from the face's plane \[m\] at which the point
-/// counts as directly above the face.
+/// A point counts as directly above a face if its nearest point on the face and its projection onto the face's plane are at most
+/// this far apart \[m\].
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {

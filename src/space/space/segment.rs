@@ -10,7 +10,7 @@ pub struct Segment {
     pub ends: [Vector3<f64>; 2],
 }
 
-/// Two points at most this far apart \[m\] count as one point, so that the direction between them is undefined.
+/// Two points at most this far apart \[m\] count as one point. The direction between them is then arbitrary.
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
