@@ -30,7 +30,7 @@
 //! | `R62dual` | [`DualQuaternion::from_vector6`] |
 //! | `frameplotter` | its geometry: [`UnitDualQuaternion::half_exp`], then [`UnitDualQuaternion::frame`] |
 //!
-//! These docs find each function by its name in the appendix. An example with all of them:
+//! A search in these docs finds each function by its name in the appendix. An example with all of them:
 //!
 //! ```
 //! use dq_algebra::*;

@@ -37,7 +37,7 @@ struct TwoArmParameters {
     damping: DampingParameters,
 }
 
-/// The parameters of the right arm. Without them, it is like the left arm.
+/// The parameters of the right arm. If none is set, the right arm is like the left arm.
 #[derive(Parameters)]
 #[parameters(prefix = "right_")]
 struct RightParameters {
@@ -47,19 +47,18 @@ struct RightParameters {
     /// name of the frame of the right arm's base, if the right arm has a description of its own
     #[parameter(fixed)]
     base_frame: String,
-    /// name of the frame of the right arm's tool; empty: the right arm is like the left one
+    /// name of the frame of the right arm's tool; not needed if the right arm is like the left one
     #[parameter(fixed)]
     tool_frame: String,
-    /// URDF of the right arm; empty: that of the left one, in which both arms hang from base_frame
+    /// URDF of the right arm; not needed if robot_description has both arms, or if the right arm is like the left one
     #[parameter(fixed)]
     robot_description: String,
     /// file that contains the right_robot_description
     // The node reads the file when it starts; afterwards `right_robot_description` has the arm.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
-    /// capsules around the links of the right arm, written as in body, the left arm's parameter. If none are given, a right arm that
-    /// is like the left one has the left arm's capsules. A right arm with its own robot description, or with its own tool frame in
-    /// the common one, has the defaults of body
+    /// capsules around the links of the right arm, written as in body, the left arm's parameter. Empty: the left arm's capsules, if
+    /// the right arm is like the left one; otherwise the defaults of body
     #[parameter()]
     body: Vec<String>,
 }

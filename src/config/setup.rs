@@ -1,4 +1,4 @@
-//! Creates a servo from the name of an arm, its robot description or its chain.
+//! Creates a servo from the name of a built-in arm, from a robot description, or from a kinematic chain.
 
 use super::common::numbers_of;
 use super::{ARMS, DualParameters, NodeParameters, ServoParameters, arm_file};

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// The time constant with which stiffness, damping and mass follow their parameters \[s\].
 const RAMP: f64 = 0.2;
 
-/// A stiffness `k` is ramped as `k / (k + HALF)`, so that an infinite stiffness can be ramped, too \[N m/rad, N/m\]. This number is
-/// 0 for a free direction and 1 for an infinitely stiff one.
+/// The stiffness about and along an axis at which the ramped number `k / (k + HALF)` is ½ \[N m/rad, N/m\]. The ramp uses this number
+/// in place of the stiffness `k`, because it is finite even for an infinite stiffness: 1. For a free direction it is 0.
 const HALF: [f64; 2] = [50.0, 1000.0];
 
 /// The largest stiffness. An infinite one counts as this \[N/m, N m/rad\].
@@ -22,8 +22,8 @@ const OVERDAMPED: f64 = 1.001;
 /// An offset that returns to the identity ends when its distance, its angle and its rates are below this \[m, rad; m/s, rad/s\].
 const ENDED: f64 = 1e-7;
 
-/// The offset from the goal to the goal that has yielded. Its translation `p`, along the goal's axes, and its rotation vector `φ` are
-/// twice the logarithm of its dual quaternion as the reference work takes it (eq. 32). They obey
+/// The offset from the goal to the yielded goal: a translation `p` along the goal's axes, and a rotation vector `φ`. As the reference
+/// work defines the logarithm of a pose (eq. 32), `φ` and `p` are twice the logarithm of the offset. They obey
 /// `M p″ + D p′ + K p = f` and `M dω/dt + D ω + J⁻ᵀ(φ) K φ = τ`, with diagonal matrices `M`, `D` and `K`. The force `f` is along the
 /// goal's axes; the torque `τ` and the body rate `ω` are along the axes of the yielded goal.
 ///
@@ -81,7 +81,7 @@ impl Default for Admittance {
 }
 
 impl Admittance {
-    /// Returns the offset from the goal to the goal that has yielded.
+    /// Returns the offset from the goal to the yielded goal.
     pub fn offset(&self) -> &UnitDualQuaternion {
         &self.offset
     }

@@ -100,7 +100,7 @@ struct Branches<'a> {
 struct Beyond {
     /// The largest number of driven joints on one chain.
     joints: usize,
-    /// Whether any link there moves independently of the joints before it.
+    /// Whether any of the links beyond can move relative to the link, other than by joints that follow earlier joints.
     moves: bool,
 }
 
@@ -187,8 +187,8 @@ impl<'a> Branches<'a> {
 
     /// Returns the link after `from` at which the arm ends and its gripper begins. The arm has `joints` joints before `from`.
     fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
-        /// The smallest number of joints before a jaw. A one-sided joint after fewer joints is one of the arm's own joints, such as
-        /// the vertical axis of a gantry.
+        /// The smallest number of arm joints before a jaw. After fewer joints, a joint that opens to one side like a jaw is one of the
+        /// arm's own joints, such as the vertical axis of a gantry.
         const FEWEST: usize = 4;
         let (mut link, mut last) = (from, None);
         loop {

@@ -48,7 +48,7 @@ impl Description {
     }
 }
 
-/// Reads the drivers of the chain's `joints` that are not on the chain.
+/// Reads the joints outside the chain that drive mimic joints among the chain's `joints`.
 fn drivers_elsewhere(
     tree: &Tree,
     base: &str,

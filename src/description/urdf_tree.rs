@@ -47,9 +47,9 @@ pub fn oddity(text: &str) -> Option<String> {
 
 /// The reason why the strict parser rejects a text.
 enum NotStrict {
-    /// The text cannot be read.
+    /// The error is final: the lenient parser does not try the text.
     Refused(DescriptionError),
-    /// The lenient parser may read it.
+    /// The lenient parser may be able to read the text.
     Odd { why: DescriptionError, line: u32 },
 }
 

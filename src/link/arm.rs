@@ -62,8 +62,8 @@ pub(crate) struct ArmLink {
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the arm's speed has become known after the arm appeared or after missed cycles: in this cycle, or earlier if the state
-    /// of another arm was still unknown in the last cycle.
+    /// Whether the arm's speed has become known, after the arm appeared or after a gap in the cycles, and no command has started at
+    /// that speed yet. Commands wait until the states of all arms are known.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,

@@ -63,7 +63,7 @@ pub(crate) struct Latency {
 /// The comparison for one possible response time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Candidate {
-    /// The comparison of each motion with the commands that preceded it by this response time.
+    /// The comparison of each motion with the commands that preceded it by the response time of this candidate.
     comparison: Comparison,
     /// The sum of each joint's commanded displacements \[rad, prismatic: m\].
     asked: Vec<f64>,

@@ -9,7 +9,8 @@ const WINDOW: Duration = Duration::from_secs(2);
 /// Robots with a command timeout stop about this long after the last command. A longer lateness has no further effect.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
-/// The weight of the newest cycle in the average time between cycles. A stop takes about fifty cycles.
+/// The weight of the newest cycle in the average time between cycles. It makes the average cover about fifty cycles, which is how
+/// long a stop takes.
 const SMOOTHING: f64 = 0.02;
 
 /// The recent lateness of the cycles: the largest lateness of a single cycle, and the largest average lateness over the duration of

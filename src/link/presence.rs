@@ -53,8 +53,8 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
-    /// The displacement that was recently commanded to each joint \[rad, prismatic: m\]. The joint may move this far in addition to
-    /// its motion at the limit in `speeds`, because the limit may have been lowered since the command.
+    /// The displacement that was recently commanded to each joint \[rad, prismatic: m\]. A motion is plausible up to this distance
+    /// plus the distance at the limit in `speeds`. The commands count in addition because the limit may have been lowered since.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],

@@ -16,7 +16,7 @@ const SPACING: Duration = Duration::from_millis(10);
 /// is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
-/// Number of samples: those within one window, and the last sample before it.
+/// Number of samples that are kept. It suffices for one sample per [`SPACING`] in a [`WINDOW`], and the last one before the window.
 const CAPACITY: usize = 12;
 
 /// The joint positions of one arm at one time.

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The distance that a joint must be commanded to move within a window before the monitor judges whether it follows \[rad,
-/// prismatic: m\].
+/// The least commanded distance of a joint in a window from which the monitor judges whether the joint follows \[rad, prismatic:
+/// m\].
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The monitor reports a joint that moves at least this many times as far as commanded.
@@ -40,8 +40,8 @@ const REST: Duration = Duration::from_millis(300);
 /// How long the servo sends zeros to an arm that does not follow, before it tries the arm again.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// The monitor updates its estimate of [`TrackingMonitor::factor()`] only while the commanded motion is large. It must be at least
-/// this many times the motion that a payload or gravity takes away.
+/// The monitor updates its estimate of [`TrackingMonitor::factor()`] only while the commanded motion is at least this many times the
+/// motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
 /// The weight of a new window in the smoothed speed fraction of the robot.

@@ -87,7 +87,8 @@ fn with(stiffness: [f64; 6], damping: [f64; 6]) -> Compliance {
     Compliance { stiffness, damping, ..compliance(0.0, 1.0, 1.0) }
 }
 
-/// Integrates the equation of motion with matrices in steps of 20 µs. The elastic wrench is the gradient of the energy, by differences.
+/// Integrates the equation of motion with matrices in steps of 20 µs. The elastic wrench is the gradient of the energy, computed by
+/// finite differences.
 fn integrated(wrench: &Vector6<f64>, stiffness: &Vector6<f64>, damping: f64, time: f64) -> Matrix4<f64> {
     let (dt, mut pose, mut twist) = (2e-5, Matrix4::<f64>::identity(), Vector6::zeros());
     let energy_at = |pose: &Matrix4<f64>| {
@@ -244,8 +245,8 @@ fn changed_parameters_do_not_move_the_offset_at_once() {
 }
 
 /// Simulates a wall that begins at 0 along x, and a goal that moves into it at 5 cm/s. The force acts `delay` \[s\] later; the
-/// admittance is told a delay of `told` \[s\]. Returns the largest deviation of the force from its mean in the last of 6 s, divided
-/// by that mean.
+/// admittance is told a delay of `told` \[s\]. Returns the largest deviation of the force from its mean in the last second of the 6 s,
+/// divided by that mean.
 fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     let dt = 1e-3;
     let mut admittance = settled(compliance);

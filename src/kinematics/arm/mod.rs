@@ -12,7 +12,7 @@
 //! chain.evaluate(&[0.0, FRAC_PI_2, 0.0], &mut arm)?;
 //! let tool = arm.tool_point();
 //! assert!((tool.x - 0.4).abs() < 1e-15 && (tool.y - 0.3).abs() < 1e-15);
-//! // The velocity of the tool point at 1 rad/s of the first joint: the vector from that joint to it, rotated by a right angle.
+//! // The velocity of the tool point at 1 rad/s of the first joint: that joint's vector to the tool point, turned by 90°.
 //! let (_, velocity) = arm.tool_motions().next().unwrap();
 //! assert!((velocity.x + 0.3).abs() < 1e-15 && (velocity.y - 0.4).abs() < 1e-15);
 //! # Ok::<(), dq_kinematics::arm::ArmError>(())

@@ -62,9 +62,10 @@ impl Damping {
     /// mostly are, `J Jᵀ − σ₀² I` is positive definite. Then no singular value is below σ₀, and the inverse of `J Jᵀ` is the
     /// result. Otherwise, the two inverses yield the smallest singular value.
     ///
-    /// Another method takes σ² from the determinants of `J Jᵀ` and `J Jᵀ + λ_max² I`, and needs no second solution near
-    /// singularities. On random postures of the PUMA 560, a step of logc with it takes 15 % less time. But its σ² is a lower bound, so
-    /// it damps more where several singular values are small: with it, logc fails in 8 more of 100 tasks of the xArm 6.
+    /// An alternative was rejected: to compute σ² from the determinants of `J Jᵀ` and `J Jᵀ + λ_max² I`, without a second solution
+    /// near singularities. A step of logc then takes 15 % less time, on random postures of the PUMA 560. But this σ² is only a lower
+    /// bound, so the damping is too strong where several singular values are small. Of 100 tasks of the xArm 6, logc then fails in 8
+    /// more.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);

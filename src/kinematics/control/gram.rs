@@ -75,9 +75,9 @@ impl Gram {
 
     /// Returns the inverses of `J Jᵀ + shift I` for two shifts. If a matrix is singular, its inverse is not finite or not accurate.
     ///
-    /// This is fast because it consists of two closed 3×3 inverses: of A and of `det(A) S`, with S as in [`Inverse`]. So neither
-    /// inverse waits for the division of the other. Two shifts take no more operations than one. A Cholesky decomposition of 6×6
-    /// needs six roots and six divisions, one after the other.
+    /// This is fast because it computes only two 3×3 inverses, by formula: those of the blocks A and `det(A) S` that [`Inverse`]
+    /// explains. The factor `det(A)` lets both divisions run at the same time. Two shifts take no more operations than one. A 6×6
+    /// Cholesky decomposition would need six roots and six divisions, one after the other.
     #[inline(always)]
     pub fn inverse(&self, shifts: f64x2) -> Inverse {
         let angular = self.angular.shifted(shifts).inverse();
@@ -116,7 +116,7 @@ impl Gram {
     /// with these four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
     ///
     /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the
-    /// power series of 1/p (Bernoulli's method). This start saves several steps from 0, and does not lie beyond the smallest root.
+    /// power series of 1/p (Bernoulli's method). Compared with 0, this start saves several steps, and it does not exceed the smallest root.
     /// Halley's steps do not pass the root either. Each step triples the number of digits: usually one step is enough.
     #[inline(always)]
     fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
@@ -258,9 +258,9 @@ impl Inverse {
     }
 
     /// Returns the derivatives of the determinants with respect to the shifts. Each derivative is the determinant times the trace
-    /// of the inverse. By the cyclic property of the trace, the trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
+    /// of the inverse. With the blocks that [`Inverse`] explains, this trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
     ///
-    /// This is fast because it does not divide by the determinant of S, which is a factor of the whole determinant.
+    /// This is fast because it needs no division by the determinant of S: the determinant of the matrix contains that factor.
     #[inline(always)]
     fn slopes(&self, determinants: f64x2) -> f64x2 {
         let [x, y, z] = &self.carried;

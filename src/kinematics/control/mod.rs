@@ -15,8 +15,9 @@
 //! components. The laws with the R⁸ difference, diffc included, then use the error of diffc_inverse. In this case diffc uses a
 //! quarter of its gain: for a tool at the base frame's origin, that is the same law to first order.
 //!
-//! The reference work compares diffc with logc, which differ in both error and map. This table changes the two separately, on the work's own
-//! motion. It shows that the curved path, the overshoot and the high gain come from the transpose, not from R⁸:
+//! The reference work compares diffc with logc, which differ in both error and map. The following table changes the
+//! error and the map separately, on the motion of that work. It shows that the curved path, the overshoot and the high gain come from
+//! the transpose, not from R⁸:
 //!
 //! | | K [1/s] | path length / straight line | overshoot \[mm\] |
 //! |---|---|---|---|

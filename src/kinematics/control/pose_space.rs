@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy)]
 pub(super) struct PoseSpace {
     tool: Vector3<f64>,
-    /// The factor `(√(1 + x) − 1)/|t|²` with `x = ¼|t|²`, in a form without division by zero.
+    /// The factor `(√(1 + ¼|t|²) − 1)/|t|²` for the tool point t, computed without a division by zero.
     stretch: f64,
 }
 
@@ -24,7 +24,7 @@ impl PoseSpace {
         Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
     }
 
-    /// Returns the column of J for a joint that gives the tool this twist, in the six directions.
+    /// Returns the column of the pose Jacobian for a joint that gives the tool this twist, in the six directions of [`PoseSpace`].
     pub fn column(&self, (axis, velocity): &AngularLinear) -> AngularLinear {
         let angular = axis + self.tool * (self.stretch * self.tool.dot(axis));
         (0.5 * angular, 0.5 * (velocity + 0.5 * self.tool.cross(axis)))

@@ -1,8 +1,8 @@
 //! Small quadratic programs: the joint velocities nearest to the desired ones under linear constraints.
 
-/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ` for the desired point w. It is solved by the dual active set method
-/// (Goldfarb & Idnani 1983). The coordinates are `Lᵀx` with `H = L Lᵀ`: in these coordinates, the solution is the point nearest to
-/// w.
+/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, for joint velocities x, the desired joint velocities w and a weight
+/// matrix H. It is solved by the dual active set method (Goldfarb & Idnani 1983), in the coordinates `Lᵀx` with `H = L Lᵀ`. In these
+/// coordinates, the solution is the point nearest to w that satisfies the constraints.
 ///
 /// The method begins at `w` and activates one violated constraint after the other, the most violated one first. So it finds a
 /// solution near `w` in a step or two. The program allocates only if it has more joints or constraints than every program before

@@ -35,8 +35,8 @@ fn with_gain(law: Law, gain: f64) -> Controller {
     controller().with_law(law, gain)
 }
 
-/// Moves the arm between the start and the goal of the reference work. Returns the path length divided by the straight line, and the
-/// overshoot \[mm\].
+/// Moves the arm between the start and the goal of the reference work. Returns the length of the path divided by the distance between
+/// the two, and the overshoot \[mm\].
 fn motion(law: Law, gain: f64, step: f64) -> (f64, f64) {
     let mut control = Loop::new(law, pose("theta_desired"));
     control.controller = with_gain(law, gain);

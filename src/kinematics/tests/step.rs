@@ -31,10 +31,10 @@ pub fn seven_rows() -> Vec<DhRow> {
     (0..7).map(row).collect()
 }
 
-/// Allowed difference between joint velocities and the joint velocities of the plain form, as a fraction of the largest velocity.
-/// Near singularities, the elimination of the angular block loses digits: of 300 000 configurations, three differed by more than
-/// 1e-11. Arms with fewer than six joints are singular everywhere. Their damping depends on the eigenvalue 0, which has a rounding
-/// error in the plain form.
+/// Allowed difference between the program's joint velocities and those of [`PlainArm`], as a fraction of the largest velocity. Near
+/// singularities, the elimination of the angular block loses digits: of 300 000 configurations, three differed by more than 1e-11.
+/// Arms with fewer than six joints are singular everywhere. Their damping depends on the eigenvalue 0, which has a rounding error in
+/// [`PlainArm`].
 const NEAR: f64 = 10.0 * REFERENCE;
 const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
 const NEAR_SINGULAR_TWICE: f64 = 1e6 * REFERENCE;
@@ -45,8 +45,8 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
-/// Makes the checks of `check` with the given damping. `limit` is the allowed difference between joint velocities and the joint
-/// velocities of the plain form, as a fraction of the largest velocity.
+/// Makes the checks of `check` with the given damping. `limit` is the allowed difference between the program's joint velocities and
+/// those of [`PlainArm`], as a fraction of the largest velocity.
 fn check_damped(
     damping: Damping,
     limit: f64,
@@ -115,8 +115,8 @@ fn singular_configurations_agree_with_the_plain_step() {
     }
 }
 
-/// Without damping, the matrix `J Jᵀ` of an arm with one joint has no inverse. The joint must still move with the twist's angular
-/// velocity about its axis.
+/// Without damping, the matrix `J Jᵀ` of an arm with one joint has no inverse. The joint must still turn with the
+/// component of the twist's angular velocity along the joint's axis.
 #[test]
 fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     let row = DhRow { alpha: 0.0, a: 0.0, d: 0.0, theta_offset: 0.0 };

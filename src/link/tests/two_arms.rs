@@ -9,8 +9,9 @@ const NAMES: [&str; 2] = ["left", "right"];
 /// The speed of both arms [rad/s].
 const SPEED: f64 = 0.5;
 
-/// Runs cycles of 10 ms from `from` to `to` \[ms\]. In each, the arms in `heard` report that they move at [`SPEED`]. Returns the
-/// speeds at which the link lets the joints begin, in the only cycle in which it does; an empty list if there is no such cycle.
+/// Runs cycles of 10 ms from `from` to `to` \[ms\]. In each cycle, the arms in `heard` report that they move at [`SPEED`]. Returns the
+/// speeds of [`Link::coasting`], at which the next command must start. At most one cycle may have such speeds. If none has, the
+/// list is empty.
 fn begins(link: &mut Link, from: u32, to: u32, heard: &[usize]) -> Vec<f64> {
     let limits = Limits {
         joint_velocity: vec![1.0; 2],

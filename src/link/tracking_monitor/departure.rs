@@ -13,7 +13,8 @@ use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows if it moves at least this fraction of the distance that the other joints would move under the same command.
+/// A joint follows if the fraction of its commanded distance that it moves is at least `PART` times the same fraction of the other
+/// joints.
 pub(super) const PART: f64 = 0.2;
 
 /// The least fraction of the commanded distance that a robot moves if it obeys at all. A robot that moves at least this fraction,
@@ -24,7 +25,7 @@ pub(super) const SLOWEST: f64 = 0.02;
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
 /// As long as a joint has not responded, its command changes by at most `PROBE_SPEED` [rad/s, prismatic: m/s], and by at most its
-/// acceleration limit times `PROBE_TIME` \[s\]. A joint that responds late makes the whole change of speed at once.
+/// acceleration limit times `PROBE_TIME` \[s\]. The change is kept this small because a joint that responds late makes it at once.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_TIME: f64 = 0.01;
 
@@ -48,9 +49,8 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// `TrackingMonitor::watch_motion` then compares the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
-/// The least change of the commanded motion from which the monitor judges whether a slow joint has stopped responding \[rad,
-/// prismatic: m\]. The change is the distance that was commanded since the [`Anchor`], less the distance at the speed commanded at
-/// the anchor.
+/// The least commanded change X (see the documentation of the module) from which the monitor judges whether a slow joint has
+/// stopped responding \[rad, prismatic: m\].
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
@@ -110,8 +110,8 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns the commanded and the measured displacement since this anchor, each less the displacement at the speed that was
-    /// commanded or measured at the anchor \[rad, prismatic: m\]. These are X and Y in the documentation of the module.
+    /// Returns X and Y of the module's documentation \[rad, prismatic: m\]: by how much the commanded and the measured displacement
+    /// since this anchor differ from a motion at the anchor's constant speed.
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)

@@ -186,7 +186,7 @@ pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)
 /// The capsules that one joint moves.
 struct Group {
     joint: usize,
-    /// The capsules with their numbers.
+    /// The capsules, each with a number that is unique in the group. Unions refer to the capsules by these numbers.
     all: Vec<(usize, Fitted)>,
     /// The union of each pair of these capsules.
     unions: Vec<Union>,

@@ -13,7 +13,7 @@ pub struct Hull {
     faces: Arc<[Face]>,
     /// A ball around the hull.
     ball: Ball,
-    /// The distance from a face's plane up to which a point counts as in the plane \[m\].
+    /// The largest distance from a face's plane at which a point counts as a point of the plane \[m\].
     near: f64,
 }
 
@@ -48,10 +48,11 @@ struct Face {
 /// A hull counts as flat if its thickness is at most this many meters, or at most this fraction of its length.
 pub(super) const FLAT: f64 = 1e-6;
 
-/// A point counts as in a plane if its distance from the plane is at most this fraction of the hull's length.
+/// The largest distance from a plane at which a point counts as a point of the plane, as a fraction of the hull's length.
 const EXACT: f64 = 1e-8;
 
-/// A point counts as above a face if its distances from the face and from the face's plane differ by at most this \[m\].
+/// A point counts as directly above a face if its nearest point on the face and its projection onto the face's plane are at most
+/// this far apart \[m\].
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {

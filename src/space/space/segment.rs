@@ -10,7 +10,7 @@ pub struct Segment {
     pub ends: [Vector3<f64>; 2],
 }
 
-/// Two points that are closer together than this have no direction between them \[m\].
+/// Two points at most this far apart \[m\] count as one point. The direction between them is then arbitrary.
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
@@ -46,7 +46,7 @@ impl Segment {
         Isometry3::from_parts(self.at(0.5).into(), turn)
     }
 
-    /// Returns where on the segment the point nearest to `point` is: from 0 at the first end to 1 at the second end.
+    /// Finds the point of the segment that is nearest to `point`. Returns its place from 0 (the first end) to 1 (the second end).
     fn part_near(&self, point: &Vector3<f64>) -> f64 {
         let along = self.vector();
         let length = along.norm_squared();

@@ -60,7 +60,8 @@ impl ControlLaw for Diffc {
         }
     }
 
-    /// Does the same as the default implementation. If the aim is a pose, e is the difference `q_d − q` in R⁸ instead of a twist.
+    /// Sets `descent` to `Jᵀ e`, as the default implementation does. If the aim is a pose, the error e is the difference `q_d − q` in R⁸
+    /// instead of a twist, and J is the pose Jacobian.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         let LawInput { arm, base_from_goal, .. } = *input;
         match input.aim {
