@@ -117,8 +117,8 @@ fn distance_to(point: Point, from: Point, to: Point) -> f64 {
 
 /// Places names with these `heights` one below the other, without overlaps, within the vertical range `room`. Returns the vertical
 /// positions of the middles of the names. `places` are the vertical positions of the ends of the curves, in ascending order. The
-/// sum of the squares of the distances between middles and `places` is the least (pool adjacent violators). If the names do not fit
-/// into `room`, they extend beyond both of its ends.
+/// middles are as near to `places` as possible: the sum of the squared distances is minimal (pool adjacent violators). If the names
+/// do not fit into `room`, they extend beyond both of its ends.
 fn spread(places: &[f64], heights: &[f64], room: std::ops::Range<f64>) -> Vec<f64> {
     let mut below = 0.0;
     // The distance of each name from the top of the first name, if there are no gaps.

@@ -16,7 +16,7 @@ use tokio::time::{Instant, interval};
 /// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// The shortest time between two warnings that the node waits for a description, and between two warnings that a new description is
+/// The shortest time between two equal warnings. There are two warnings: the node waits for a description, and a new description is
 /// not used.
 const REMINDER: Duration = Duration::from_secs(5);
 

@@ -152,7 +152,8 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Sensor(frame.to_owned()));
     }
 
-    /// Returns the sensor frame that was found last. [`answer`](Self::answer) receives it.
+    /// Returns the name and the pose of the sensor frame that was found last, but only once. Before this, call
+    /// [`answer`](Self::answer) until it returns `None`.
     pub fn sensor(&mut self) -> Option<(String, SensorFrame)> {
         self.sensor.take()
     }
@@ -197,8 +198,8 @@ struct Listener {
     log: Logger,
 }
 
-/// The last logged reason why a transform was ignored, and its frame. A reason is logged only if it differs from the last one, and
-/// at most once per second.
+/// The last logged reason for ignoring a transform, and the transform's child frame. A reason is logged only if it differs from the
+/// last one, and at most once per second.
 struct Warned {
     last: Option<(Ignored, String)>,
     due: Throttle,

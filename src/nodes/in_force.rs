@@ -23,7 +23,7 @@ pub(super) struct InForce {
 struct Current {
     /// The settings without live keep-outs.
     settings: Settings,
-    /// The number of keep-outs and keep-ins in the parameters that the servo does not check because constraints are off.
+    /// How many keep-outs and keep-ins of the parameters the servo does not check, because constraints are off.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
@@ -44,8 +44,8 @@ pub(super) struct NotObeyed {
 
 impl InForce {
     /// Creates the settings in force of a servo of this kind. The cycle already uses `settings`, which come from the parameters and
-    /// have no live keep-outs. `idle` is the number of keep-outs and keep-ins in the parameters that the servo does not check.
-    /// `requests` sends later settings to the cycle.
+    /// have no live keep-outs. `idle` says how many keep-outs and keep-ins of the parameters the servo does not check. `requests`
+    /// sends later settings to the cycle.
     pub fn new(
         settings: Settings,
         idle: usize,
@@ -101,8 +101,8 @@ impl InForce {
         Ok(())
     }
 
-    /// Sends `settings` to the cycle. `record` has the parameters from which the settings were built. Adds their scene to `scenes`,
-    /// and frees the scenes that the cycle has dropped.
+    /// Sends `settings` to the cycle. `record` has the parameters from which the settings were built. Adds the scene of `settings`
+    /// to `scenes`, and frees the scenes that the cycle has dropped.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,

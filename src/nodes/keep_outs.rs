@@ -48,7 +48,8 @@ pub(super) fn obey(
     Ok(())
 }
 
-/// Processes markers until the node ends. After each piece of work, pauses for as long as the work took.
+/// Processes markers until the node ends. After each piece of work, pauses for as long as the work took, so that markers occupy at
+/// most half of one processor.
 async fn run(markers: Subscription<MarkerArray>, mut drawn: DrawnKeepOuts) {
     let mut is_pending = false;
     loop {

@@ -64,7 +64,7 @@ pub enum RunError {
     /// The servo rejects the parameters in the bag.
     #[error("the parameters in the bag: {0}")]
     Settings(#[from] dq_core::servo::SettingsError),
-    /// The servo in the bag obeyed a live keep-out that is invalid here.
+    /// The servo in the bag obeyed a live keep-out (one drawn on `~/keep_out`) that this version cannot read.
     #[error("the live keep-out {keep_out:?} in the bag: {why}")]
     KeepOut {
         /// The text of the keep-out, or its beginning.

@@ -169,7 +169,8 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// Returns the entries of `lives` with the same joints as the last entry. At the other starts, the servo had another robot.
+/// Returns the entries of `lives` that have the same joints as the last entry. Each entry belongs to one start of the servo. At a
+/// start with other joints, the servo had another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

@@ -169,8 +169,7 @@ impl Running {
 
 /// Returns the settings with the live keep-outs `drawn`.
 ///
-/// # Errors
-/// [`RunError::KeepOut`] for a text that is not a keep-out; the error of the scene if the scene has no room for the keep-outs.
+/// # Errors [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.
 fn with_drawn(settings: &Settings, drawn: &[String]) -> Result<Settings, RunError> {
     let parse =
         |text: &String| text.parse().map_err(|why| RunError::KeepOut { keep_out: shown(text, NAME), why });
