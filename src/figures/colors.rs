@@ -32,7 +32,7 @@ pub fn law_color(law: Law) -> Color {
     style(law).0
 }
 
-/// Returns the style of a law's line, which distinguishes laws in print without color, too.
+/// Returns the line style of a law. It distinguishes the laws even in print without color.
 pub fn law_line(law: Law) -> Line {
     style(law).1
 }

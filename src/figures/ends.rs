@@ -11,12 +11,13 @@ const LEADER: f64 = 16.0;
 /// The height of a line of text \[px\].
 const LINE: f64 = 11.5;
 
-/// How the ends of curves are named.
+/// What is written at the ends of curves.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Names {
-    /// By their names, one below the other.
+    /// The names of the curves. If curves coincide, their names stand one below the other.
     Full,
-    /// By letters, because the names would be too wide. The legend explains the letters: its entries are these texts, from `a` on.
+    /// Letters instead of the names, which would be too wide. The legend explains the letters. These texts are its entries: the
+    /// first one belongs to the letter `a`.
     Letters(Vec<String>),
 }
 

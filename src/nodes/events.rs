@@ -58,7 +58,7 @@ pub(super) struct ParameterRecord {
 
 impl ParameterRecord {
     /// Encodes the parameters in `store` of a servo of this kind. `changes` are the parameters that changed last, and `drawn` are
-    /// the live keep-outs.
+    /// the keep-outs of `~/keep_out`.
     pub fn new(
         kind: ServoKind,
         store: &ParameterStore,

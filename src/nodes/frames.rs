@@ -128,13 +128,14 @@ impl Frames {
         }
     }
 
-    /// Follows the frame of a goal whose pose was found and accepted. Stops following earlier goals.
+    /// Follows the frame of a goal whose pose was found and accepted. Stops following the frames of earlier goals.
     pub fn follow(&mut self, goal: FramedGoal) {
         (self.unfollowed, self.motion) = (goal.number.saturating_sub(1), None);
         let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// Stops following the goals up to this number. Goals that wait for their frames are still answered.
+    /// Ends the motion of goals with their frames, for the goals up to this number. Goals whose poses are still looked up get their
+    /// answers nevertheless.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {
@@ -273,7 +274,7 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
-    /// Follows the goal if the settings say that goals follow their frames. Stops following other goals.
+    /// Follows the goal's frame if the settings say that goals follow their frames. Stops following the frames of other goals.
     fn follow(&mut self, goal: FramedGoal) {
         let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
         self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));

@@ -22,7 +22,7 @@ const PERIOD: Duration = Duration::from_millis(5);
 /// How often the guard publishes its status.
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The shortest time between two warnings that the guard hears no joint states.
+/// The shortest time between two warnings of missing joint states.
 const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 
 /// The duration of the trajectory that stops the arm.

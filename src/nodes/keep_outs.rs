@@ -111,7 +111,7 @@ impl DrawnKeepOuts {
         }
     }
 
-    /// Puts the live keep-outs into force, and logs refusals. Returns whether keep-outs or log lines are still pending.
+    /// Puts the keep-outs of `~/keep_out` into force, and logs refusals. Returns whether keep-outs or log lines are still pending.
     fn put_into_force(&mut self) -> bool {
         let (now, patience) = (self.began.elapsed(), self.in_force.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);

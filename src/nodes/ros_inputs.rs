@@ -407,7 +407,7 @@ impl RosInputs {
         }
     }
 
-    /// Gives the servo every goal, so that an invalid goal does not hide an earlier valid one.
+    /// Gives the servo every received goal, not only the newest: if the newest goal is invalid, an earlier one may be valid.
     fn goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, goals, goal, goal_senders, .. } = self;
         let Self { frames, goal_frame, taken_frame, goal_count, record, shutdown, rejected, .. } = self;

@@ -11,7 +11,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// A law that is a Python function, or a Python object with the methods of [`OwnLaw::remembering`].
+/// A law that is a Python function, or a Python object with the method `twist` (see [`OwnLaw::remembering`]).
 ///
 /// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
 /// tool to the goal at gain 1.
@@ -100,7 +100,7 @@ impl Owned {
         Self(Box::leak(Box::new(law)))
     }
 
-    /// Returns the law as controllers refer to it.
+    /// Returns the `'static` reference to the law, which controllers store.
     pub fn law(&self) -> &'static OwnLaw {
         self.0
     }

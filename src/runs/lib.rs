@@ -72,7 +72,7 @@ pub enum RunError {
         /// The reason.
         why: dq_space::space::KeepOutError,
     },
-    /// The live keep-outs in the bag do not fit into the scene.
+    /// The scene cannot have the live keep-outs in the bag (those drawn on `~/keep_out`).
     #[error("the live keep-outs in the bag: {0}")]
     Scene(#[from] dq_space::space::SceneError),
 }

@@ -167,7 +167,7 @@ impl Running {
     }
 }
 
-/// Returns the settings with the live keep-outs `drawn`.
+/// Returns the settings with the keep-outs `drawn`, which the bag has from `~/keep_out`.
 ///
 /// # Errors [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.
 fn with_drawn(settings: &Settings, drawn: &[String]) -> Result<Settings, RunError> {

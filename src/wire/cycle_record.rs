@@ -39,7 +39,7 @@ pub struct CycleRecord<'a> {
 pub struct RecordedParameters {
     /// The names and values.
     pub values: Vec<(String, Value)>,
-    /// All live keep-outs, as texts.
+    /// All keep-outs that are drawn on `~/keep_out`, as texts.
     pub drawn: Vec<String>,
 }
 
@@ -81,7 +81,7 @@ pub enum Recorded<'a> {
     Begin(ServoKind, RecordedParameters),
     /// The state of the servo before the cycle.
     Saved(Saved<'a>),
-    /// Parameters were set. Contains the changed parameters and all live keep-outs.
+    /// Parameters were set. Contains the changed parameters, and all keep-outs that are drawn on `~/keep_out`.
     Parameters(RecordedParameters),
     /// A request to pause or to resume: [`Event::Pause`].
     Pause {
