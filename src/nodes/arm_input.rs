@@ -135,8 +135,7 @@ fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }
 
-/// Makes the servo count a rejected message for each of `reasons`, which are the decoder's reasons why messages could not be
-/// decoded.
+/// Makes the servo count the messages that could not be decoded as rejected. `reasons` has the decoder's reason for each of them.
 pub(super) fn reject_malformed(servo: &mut Servo, reasons: Vec<String>) {
     for why in reasons {
         let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));

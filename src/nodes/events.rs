@@ -90,7 +90,7 @@ pub(super) struct EventsRecord {
     readers: usize,
     /// The time at which the servo's state was last recorded.
     begun: Duration,
-    /// The message in progress. Nobody else refers to it.
+    /// The message in progress. No other owner shares this memory, so adding a cycle copies nothing.
     message: Arc<UInt8MultiArray>,
     /// The time of the first cycle in the message.
     first: Duration,

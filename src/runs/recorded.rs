@@ -43,8 +43,8 @@ pub struct Recorded {
     pub losses: UnreadableParts,
 }
 
-/// Reads the runs of the bag at `path`. Error messages call the bag `name`. An arm whose servo's parameters are not in the bag gets
-/// the parameters `fallback`.
+/// Reads the runs of the bag at `path`. Error messages call the bag `name`. If the bag lacks the parameters of an arm's servo, the
+/// arm gets the parameters `fallback`.
 ///
 /// # Errors
 /// [`RunError::Bag`]; [`RunError::NoRobot`] if nothing can be drawn; [`RunError::Parameters`].

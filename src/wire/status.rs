@@ -288,8 +288,8 @@ impl StatusReport {
         self.state == State::Stalled && self.reconfiguration.as_deref() == Some(Reconfiguration::FOUND)
     }
 
-    /// Returns a sentence about what the servo is doing, why the arm does not arrive, and how far the goal is, as far as this is
-    /// known.
+    /// Returns a sentence that says what the servo is doing. If known, it also says why the arm does not arrive, and how far the
+    /// goal is.
     pub fn sentence(&self) -> String {
         if let (State::Settled, Some(Figures { arrival_time: Some(time), path_length, .. })) =
             (self.state, self.figures)
