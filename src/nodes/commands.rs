@@ -1,5 +1,5 @@
-//! Publishes the commands to all arms. When the cycle ends, even by a panic or a hang, the last velocities that are sent are zeros.
-//! A controller that takes positions holds the last positions, so its arm stands still without a further command.
+//! Publishes the commands to all arms. When the cycle ends, and even if it panics or hangs, the last velocities that are sent are
+//! zeros. A controller that takes positions holds the last positions, so its arm stands still without a further command.
 
 use super::guards::{self, GuardStatuses};
 use super::node_setup::NodeSetup;

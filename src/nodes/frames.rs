@@ -49,7 +49,7 @@ pub(super) struct Frames {
     reports: mpsc::Receiver<Report>,
     /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
-    /// Goals up to this number have ended.
+    /// The goals up to this number have ended, so their answers are discarded.
     over: u64,
     /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
@@ -111,7 +111,7 @@ impl Frames {
         Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None, sensor: None })
     }
 
-    /// Asks for the pose of a goal. The goal's number must be larger than the numbers of all goals before.
+    /// Asks for the pose of a goal. The goal's number must be larger than the numbers of all earlier goals.
     pub fn ask(&mut self, goal: FramedGoal) {
         self.asked = goal.number;
         // Sending fails only while the node shuts down.

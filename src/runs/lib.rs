@@ -41,7 +41,7 @@ pub enum RunError {
         run: String,
         /// The topic.
         topic: String,
-        /// What the bag has instead, as the end of the sentence.
+        /// The end of the error message, which says what the bag has instead.
         instead: String,
     },
     /// The bag does not have what a replay needs.
