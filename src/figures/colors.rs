@@ -32,7 +32,7 @@ pub fn law_color(law: Law) -> Color {
     style(law).0
 }
 
-/// Returns the style of a law's line, which distinguishes laws in print without color, too.
+/// Returns the line style of a law. It distinguishes the laws even in print without color.
 pub fn law_line(law: Law) -> Line {
     style(law).1
 }
@@ -42,7 +42,8 @@ fn style(law: Law) -> (Color, Line) {
     LAWS.get(number).copied().unwrap_or_else(|| (OTHERS[(number - LAWS.len()) % OTHERS.len()], Line::Solid))
 }
 
-/// The colors of components. They differ from the colors of the laws.
+/// The colors of curves that do not stand for a law, such as those of the components of an error. They differ from the colors of
+/// the built-in laws.
 pub const COMPONENTS: [Color; 4] = [[34, 34, 34], [170, 51, 119], [230, 159, 0], [86, 180, 233]];
 
 /// The colors of a frame's axes x, y and z, as usual in robotics.

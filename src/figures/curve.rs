@@ -1,4 +1,4 @@
-//! The part of a curve that is drawn: its range, clipping and density; and the ticks of its axes.
+//! Selects the part of a curve that is drawn: its range, clipping and density. Also computes the ticks of axes.
 
 use std::ops::Range;
 

@@ -11,12 +11,13 @@ const LEADER: f64 = 16.0;
 /// The height of a line of text \[px\].
 const LINE: f64 = 11.5;
 
-/// How the ends of curves are named.
+/// What is written at the ends of curves.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Names {
-    /// By their names, one below the other.
+    /// The names of the curves. If curves coincide, their names stand one below the other.
     Full,
-    /// By letters, because the names would be too wide. The legend explains the letters: its entries are these texts, from `a` on.
+    /// Letters instead of the names, which would be too wide. The legend explains the letters. These texts are its entries: the
+    /// first one belongs to the letter `a`.
     Letters(Vec<String>),
 }
 
@@ -117,8 +118,8 @@ fn distance_to(point: Point, from: Point, to: Point) -> f64 {
 
 /// Places names with these `heights` one below the other, without overlaps, within the vertical range `room`. Returns the vertical
 /// positions of the middles of the names. `places` are the vertical positions of the ends of the curves, in ascending order. The
-/// sum of the squares of the distances between middles and `places` is the least (pool adjacent violators). If the names do not fit
-/// into `room`, they extend beyond both of its ends.
+/// middles are as near to `places` as possible: the sum of the squared distances is minimal (pool adjacent violators). If the names
+/// do not fit into `room`, they extend beyond both of its ends.
 fn spread(places: &[f64], heights: &[f64], room: std::ops::Range<f64>) -> Vec<f64> {
     let mut below = 0.0;
     // The distance of each name from the top of the first name, if there are no gaps.

@@ -17,7 +17,8 @@ pub(super) struct Legend {
 }
 
 impl Legend {
-    /// Places the entries of a legend that begins at `start`. Its lines end before `right`.
+    /// Places the entries of a legend that begins at `start`. Its lines end before `right`. If `right` is not to the right of
+    /// `start`, each entry has its own line.
     pub fn new(all: impl IntoIterator<Item = Series>, start: Point, right: f64) -> Self {
         let (mut entries, mut at) = (Vec::new(), start);
         for series in all {

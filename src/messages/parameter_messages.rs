@@ -130,7 +130,8 @@ message! {
     }
 }
 impl ListResult {
-    /// Replaces the names of a group by their prefix, the largest group first, until the encoded list is shorter by `excess` bytes.
+    /// Replaces all names that begin with one prefix, such as `gains`, by this prefix. Begins with the prefix whose names take the
+    /// most bytes, and stops when the encoded list is shorter by `excess` bytes.
     #[must_use]
     pub fn shortened(mut self, mut excess: usize) -> Self {
         let size = |name: &str| size_of::<u32>() + (name.len() + 1).next_multiple_of(size_of::<u32>());

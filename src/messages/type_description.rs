@@ -33,7 +33,7 @@ message! {
     }
 }
 service! {
-    /// Describes a type.
+    /// Describes a message type.
     GetTypeDescription = "type_description_interfaces/srv/GetTypeDescription"
         (GetTypeDescriptionRequest) -> GetTypeDescriptionResponse,
     too_long |_response, bytes, room| GetTypeDescriptionResponse::failed(format!(

@@ -72,7 +72,7 @@ impl Marker {
     pub const CYLINDER: i32 = 3;
     /// A line through all points.
     pub const LINE_STRIP: i32 = 4;
-    /// A line between each pair of points.
+    /// Separate lines: one from point 0 to point 1, one from point 2 to point 3, and so on.
     pub const LINE_LIST: i32 = 5;
     /// A triangle for every three points.
     pub const TRIANGLE_LIST: i32 = 11;

@@ -175,7 +175,7 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     }
 }
 
-/// The record of a cycle must not allocate either. Most cycles only add to the message in progress.
+/// Recording a cycle for replay must not allocate memory. Most recorded cycles only append to the message in progress.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command() {
     if outside("allocations::a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command") {

@@ -18,7 +18,7 @@ pub(super) type JointStates = Arc<Subscription<JointState>>;
 /// The input from one arm.
 pub(super) struct ArmInput {
     joints: JointOrder,
-    /// The joints of the other arm, if its joint states come on the same topic.
+    /// The joints of the other arm, if the joint states of both arms come on one topic.
     others: Option<JointOrder>,
     joint_states: JointStates,
     /// The speed scaling that the robot reports; `None` if the node may not subscribe to it.
@@ -78,8 +78,8 @@ pub(super) fn subscribe(
 }
 
 impl ArmInput {
-    /// Gives the servo every joint state that has arrived on the topic of arm number `arm`, and the newest speed scaling. It is not
-    /// sufficient to give the servo only the newest joint state, because that may be the joint state of a gripper.
+    /// Gives the servo every joint state that has arrived on the topic of arm number `arm`, and the newest speed scaling. The
+    /// newest joint state alone is not enough, because it may be that of a gripper.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, others, joint_states, speed_scaling, state, publishers, clock, stamp, speed } =
             self;
@@ -135,8 +135,7 @@ fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }
 
-/// Makes the servo count a rejected message for each of `reasons`, which are the decoder's reasons why messages could not be
-/// decoded.
+/// Makes the servo count the messages that could not be decoded as rejected. `reasons` has the decoder's reason for each of them.
 pub(super) fn reject_malformed(servo: &mut Servo, reasons: Vec<String>) {
     for why in reasons {
         let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));

@@ -16,7 +16,8 @@ pub(super) struct ArmSpeed {
     pub fastest: Option<f64>,
     /// The positions \[rad, prismatic: m\] from which the next speed will be computed, and the time at which they arrived.
     before: Option<(Instant, Vec<f64>)>,
-    /// The speed of the fastest joint that was last computed from the positions [rad/s, prismatic: m/s].
+    /// The speed that was last computed from the positions, for the fastest joint [rad/s, prismatic: m/s]; `None` before the first
+    /// computation.
     shown: Option<f64>,
 }
 

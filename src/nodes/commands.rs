@@ -1,5 +1,5 @@
-//! Publishes the commands to all arms. When the cycle ends, even by a panic or a hang, the last velocities that are sent are zeros.
-//! A controller that takes positions holds the last positions, so its arm stands still without a further command.
+//! Publishes the commands to all arms. When the cycle ends, and even if it panics or hangs, the last velocities that are sent are
+//! zeros. A controller that takes positions holds the last positions, so its arm stands still without a further command.
 
 use super::guards::{self, GuardStatuses};
 use super::node_setup::NodeSetup;
@@ -18,7 +18,7 @@ use tokio::sync::watch;
 /// The publishers of commands. The publishers live longer than the cycle.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
-    /// Whether any command was sent. Before the first command, even zeros might stop a robot that another servo moves.
+    /// Whether any command was sent. If not, the node sends no zeros at its end, because another servo may be moving the robot.
     begun: AtomicBool,
     ended: AtomicBool,
 }
@@ -97,7 +97,8 @@ impl ArmCommands {
         Ok(Self { publisher, joint_count, guards, heard: AtomicBool::new(false), rival })
     }
 
-    /// Creates the publisher that writes into the message `zeros`, and the watch for other publishers on the same topic.
+    /// Creates the publisher, and the [`Rival`] that detects other publishers on `topic`. `zeros` is a command of zeros; later
+    /// commands are written into its memory.
     fn publisher<M: Command + Clone>(
         NodeSetup { node, contract, .. }: &mut NodeSetup,
         topic: &str,
@@ -130,7 +131,7 @@ impl ArmCommands {
     }
 }
 
-/// The number of zero commands that are sent at the end, over [`SHORTEST_FINAL_ZEROS`].
+/// How many zero commands [`Commands::end`] sends, spread over [`SHORTEST_FINAL_ZEROS`].
 const ZEROS_AT_THE_END: u32 = 10;
 
 impl Commands {

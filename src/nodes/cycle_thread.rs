@@ -17,7 +17,7 @@ use std::time::Duration;
 /// One wake-up of the thread.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tick {
-    /// The time of the wake-up by the monotonic clock.
+    /// When the thread woke up, on the monotonic clock.
     pub now: Duration,
     /// The delay of the wake-up after its deadline.
     pub lateness: Duration,
@@ -35,8 +35,8 @@ pub(super) struct Schedule {
     pub realtime_priority: u8,
 }
 
-/// Runs `body` by `schedule` on a new thread until `body` breaks. Then drops `body` and the values that it owns. Finally calls
-/// `on_end` with the value of the break, or with the message of a panic.
+/// Runs `body` on a new thread, as often as `schedule` says, until `body` breaks. Then drops `body` and the values that it owns.
+/// Finally calls `on_end` with the value of the break, or with the message of a panic.
 ///
 /// # Errors
 /// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. After an error, neither `body` nor
@@ -72,7 +72,7 @@ pub(super) struct CycleThread {
 }
 
 impl CycleThread {
-    /// Runs `body` by `schedule` until this value is dropped.
+    /// Runs `body` on a new thread, as often as `schedule` says, until this value is dropped.
     ///
     /// # Errors
     /// The errors of [`spawn`].
@@ -93,7 +93,7 @@ impl CycleThread {
         Ok(Self { ended, thread: Some(spawn(name, schedule, body, drop)?) })
     }
 
-    /// Returns whether the cycle is running. Unless this value is dropped, the cycle ends only by a panic.
+    /// Returns whether the cycle is running. While this value exists, only a panic ends the cycle.
     pub fn is_running(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }

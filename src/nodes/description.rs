@@ -16,8 +16,8 @@ use tokio::time::{Instant, interval};
 /// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// The shortest time between two warnings that the node waits for a description, and between two warnings that a new description is
-/// not used.
+/// The shortest time after which a warning is repeated: that the node waits for a description, or that a new description is not
+/// used.
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> NodeArguments<P> {

@@ -1,4 +1,5 @@
-//! Publishes the record for replay on `~/events` while somebody subscribes: what the servo took in each cycle, and what it sent.
+//! Publishes the record for replay on `~/events` while somebody subscribes. The record has what the servo received and sent in each
+//! cycle.
 //!
 //! Recording does not change the servo. For each new subscriber, and once per [`STATE_INTERVAL`], the record includes the servo's
 //! saved state, so that a replay can begin there. One message holds several cycles, because the readers of rosbag2 keep only ten
@@ -57,7 +58,7 @@ pub(super) struct ParameterRecord {
 
 impl ParameterRecord {
     /// Encodes the parameters in `store` of a servo of this kind. `changes` are the parameters that changed last, and `drawn` are
-    /// the live keep-outs.
+    /// the keep-outs of `~/keep_out`.
     pub fn new(
         kind: ServoKind,
         store: &ParameterStore,
@@ -85,15 +86,15 @@ pub(super) struct EventsRecord {
     parameters: ParameterRecord,
     /// The number of the cycle in progress.
     number: u64,
-    /// The number of subscribers in the last cycle.
+    /// The number of subscribers at the beginning of the cycle in progress.
     readers: usize,
     /// The time at which the servo's state was last recorded.
     begun: Duration,
-    /// The message in progress. Nobody else refers to it.
+    /// The message in progress. No other owner shares this memory, so adding a cycle copies nothing.
     message: Arc<UInt8MultiArray>,
     /// The time of the first cycle in the message.
     first: Duration,
-    /// The position at which the record of the last cycle begins in the message \[bytes\].
+    /// Where the record of the latest cycle begins in the message \[bytes\].
     start: usize,
     /// The servo's state, encoded.
     saved: Vec<u8>,

@@ -49,7 +49,7 @@ pub(super) struct Frames {
     reports: mpsc::Receiver<Report>,
     /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
-    /// Goals up to this number have ended.
+    /// The goals up to this number have ended, so their answers are discarded.
     over: u64,
     /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
@@ -111,7 +111,7 @@ impl Frames {
         Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None, sensor: None })
     }
 
-    /// Asks for the pose of a goal. The goal's number must be larger than the numbers of all goals before.
+    /// Asks for the pose of a goal. The goal's number must be larger than the numbers of all earlier goals.
     pub fn ask(&mut self, goal: FramedGoal) {
         self.asked = goal.number;
         // Sending fails only while the node shuts down.
@@ -128,13 +128,14 @@ impl Frames {
         }
     }
 
-    /// Follows the frame of a goal whose pose was found and accepted. Stops following earlier goals.
+    /// Follows the frame of a goal whose pose was found and accepted. Stops following the frames of earlier goals.
     pub fn follow(&mut self, goal: FramedGoal) {
         (self.unfollowed, self.motion) = (goal.number.saturating_sub(1), None);
         let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// Stops following the goals up to this number. Goals that wait for their frames are still answered.
+    /// Ends the motion of goals with their frames, for the goals up to this number. Goals whose poses are still looked up get their
+    /// answers nevertheless.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {
@@ -152,7 +153,8 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Sensor(frame.to_owned()));
     }
 
-    /// Returns the sensor frame that was found last. [`answer`](Self::answer) receives it.
+    /// Returns the name and the pose of the sensor frame that was found last, but only once. Before this, call
+    /// [`answer`](Self::answer) until it returns `None`.
     pub fn sensor(&mut self) -> Option<(String, SensorFrame)> {
         self.sensor.take()
     }
@@ -197,8 +199,8 @@ struct Listener {
     log: Logger,
 }
 
-/// The last logged reason why a transform was ignored, and its frame. A reason is logged only if it differs from the last one, and
-/// at most once per second.
+/// The last logged reason for ignoring a transform, and the transform's child frame. A reason is logged only if it differs from the
+/// last one, and at most once per second.
 struct Warned {
     last: Option<(Ignored, String)>,
     due: Throttle,
@@ -272,7 +274,7 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
-    /// Follows the goal if the settings say that goals follow their frames. Stops following other goals.
+    /// Follows the goal's frame if the settings say that goals follow their frames. Stops following the frames of other goals.
     fn follow(&mut self, goal: FramedGoal) {
         let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
         self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));

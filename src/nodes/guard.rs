@@ -22,14 +22,14 @@ const PERIOD: Duration = Duration::from_millis(5);
 /// How often the guard publishes its status.
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The shortest time between two warnings that the guard hears no joint states.
+/// The shortest time between two warnings of missing joint states.
 const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 
 /// The duration of the trajectory that stops the arm.
 const STAND: Duration = Duration::from_millis(20);
 
-/// How long a guard that was asked to end waits before it logs that the arm still needs it. A launch ends servo and guard at the same
-/// moment, and a servo sends a few more commands even if the arm has settled.
+/// How long the guard waits after the request to end, before it logs that the arm still needs the guard. Without this wait, the end
+/// of every launch would log it: the servo and the guard end together, and the servo still sends a few commands.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.
@@ -71,8 +71,8 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, joint_states, node })
     }
 
-    /// Ends the node as soon as the arm no longer needs the guard. A launch that ends also ends the guard, perhaps just when the
-    /// servo was killed.
+    /// Waits until the arm no longer needs the guard, and then ends the node. At the end of a launch, for example, the guard may be
+    /// asked to end just after the servo was killed.
     ///
     /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
     pub async fn shut_down(mut self) -> bool {
@@ -91,7 +91,7 @@ impl GuardNode {
         self.joint_states.publishers() == 0
     }
 
-    /// Returns whether the guard is watching. Unless this value is dropped, the guard stops only by a panic.
+    /// Returns whether the guard is watching. While this value exists, only a panic ends the guard.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }

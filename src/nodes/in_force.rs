@@ -21,13 +21,13 @@ pub(super) struct InForce {
 }
 
 struct Current {
-    /// The settings without live keep-outs.
+    /// The settings without the keep-outs in `drawn`.
     settings: Settings,
-    /// The number of keep-outs and keep-ins in the parameters that the servo does not check because constraints are off.
+    /// How many keep-outs and keep-ins of the parameters the servo does not check, because constraints are off.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
-    /// The text about live keep-outs that are not obeyed, or not fully.
+    /// The text about keep-outs of `~/keep_out` that are not obeyed, or not fully.
     refused: Option<String>,
     /// The scenes that the cycle may still use. A scene that the cycle has dropped is freed here, outside the cycle's thread.
     scenes: Vec<Arc<Scene>>,
@@ -38,14 +38,14 @@ struct Current {
 pub(super) struct NotObeyed {
     /// The text about keep-outs and keep-ins that are not checked because constraints are off.
     pub idle: Option<String>,
-    /// The text about refused live keep-outs.
+    /// The text about refused keep-outs of `~/keep_out`.
     pub refused: Option<String>,
 }
 
 impl InForce {
     /// Creates the settings in force of a servo of this kind. The cycle already uses `settings`, which come from the parameters and
-    /// have no live keep-outs. `idle` is the number of keep-outs and keep-ins in the parameters that the servo does not check.
-    /// `requests` sends later settings to the cycle.
+    /// have no keep-outs of `~/keep_out` yet. `idle` says how many keep-outs and keep-ins of the parameters the servo does not
+    /// check. `requests` sends later settings to the cycle.
     pub fn new(
         settings: Settings,
         idle: usize,
@@ -81,12 +81,12 @@ impl InForce {
         Ok(())
     }
 
-    /// Returns whether the live keep-outs in force are equal to `drawn`.
+    /// Returns whether the keep-outs of `~/keep_out` that are in force equal `drawn`.
     pub fn is_drawn(&self, drawn: &[KeepOut]) -> bool {
         self.lock().drawn == drawn
     }
 
-    /// Replaces all live keep-outs by `drawn`.
+    /// Replaces all keep-outs of `~/keep_out` by `drawn`.
     ///
     /// # Errors
     /// The reason why these keep-outs are refused.
@@ -101,8 +101,8 @@ impl InForce {
         Ok(())
     }
 
-    /// Sends `settings` to the cycle. `record` has the parameters from which the settings were built. Adds their scene to `scenes`,
-    /// and frees the scenes that the cycle has dropped.
+    /// Sends `settings` to the cycle. `record` has the parameters from which the settings were built. Adds the scene of `settings`
+    /// to `scenes`, and frees the scenes that the cycle has dropped.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
@@ -115,18 +115,18 @@ impl InForce {
         self.requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
     }
 
-    /// Sets the text about the live keep-outs that are not obeyed.
+    /// Sets the text about the keep-outs of `~/keep_out` that are not obeyed.
     pub fn refuse(&self, refused: Option<String>) {
         self.lock().refused = refused;
     }
 
-    /// Returns the largest number of live keep-outs that the servo can obey with the present parameters.
+    /// Returns how many keep-outs of `~/keep_out` the servo can obey at most with the present parameters.
     pub fn room(&self) -> usize {
         let now = self.lock();
         now.settings.scene.as_ref().map_or(MOST_KEEP_OUTS.saturating_sub(now.idle), |scene| scene.room())
     }
 
-    /// Returns how long to wait for the frame of a live keep-out. The same time applies to goals.
+    /// Returns how long to wait for the frame of a keep-out of `~/keep_out`. The frames of goals have the same limit.
     pub fn patience(&self) -> Duration {
         self.lock().settings.goal_frames.tf_timeout
     }

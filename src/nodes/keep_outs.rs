@@ -48,7 +48,8 @@ pub(super) fn obey(
     Ok(())
 }
 
-/// Processes markers until the node ends. After each piece of work, pauses for as long as the work took.
+/// Processes markers until the node ends. After each piece of work, pauses for as long as the work took, so that markers occupy at
+/// most half of one processor.
 async fn run(markers: Subscription<MarkerArray>, mut drawn: DrawnKeepOuts) {
     let mut is_pending = false;
     loop {
@@ -110,7 +111,7 @@ impl DrawnKeepOuts {
         }
     }
 
-    /// Puts the live keep-outs into force, and logs refusals. Returns whether keep-outs or log lines are still pending.
+    /// Puts the keep-outs of `~/keep_out` into force, and logs refusals. Returns whether keep-outs or log lines are still pending.
     fn put_into_force(&mut self) -> bool {
         let (now, patience) = (self.began.elapsed(), self.in_force.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);

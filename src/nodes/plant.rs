@@ -84,7 +84,7 @@ impl PlantNode {
         Ok(Self { cycle, _node: node })
     }
 
-    /// Returns whether the cycle is running. Unless this value is dropped, the cycle ends only by a panic.
+    /// Returns whether the cycle is running. While this value exists, only a panic ends the cycle.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }
@@ -315,7 +315,7 @@ impl Cycle {
     }
 }
 
-/// Returns the robot description of an arm that is given by DH rows, parsed and as text.
+/// Returns the robot description of an arm that is defined by DH rows, in two forms: parsed, and as URDF text.
 fn describe_rows(
     robot: &str,
     arm: &ArmParameters,

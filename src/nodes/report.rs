@@ -35,7 +35,7 @@ pub(super) struct Report {
     period: Duration,
     law: Option<LawNames>,
     state: State,
-    /// The time at which the arm first arrived at the goal \[s\]; `None` until the arrival has been logged.
+    /// How long the motion had lasted when the arm first arrived at the goal \[s\]; `None` until the arrival has been logged.
     arrival: Option<f64>,
     goal_count: u64,
     rejected: u64,
@@ -181,7 +181,8 @@ impl Report {
         }
     }
 
-    /// Warns once of each other publisher of commands, and of each other node with this name.
+    /// Warns of commands that were dropped since the last call. Warns of other publishers of commands and of other nodes with this
+    /// name when they change.
     fn watch_publishers(&mut self) {
         let dropped = self.outputs.commands.dropped();
         if dropped > self.dropped {

@@ -25,7 +25,7 @@ impl Reply {
         let _ = self.0.send(Err(why));
     }
 
-    /// Replies with the servo's result.
+    /// Replies with the servo's answer `taken`: that the request is taken, or the reason why it is refused.
     pub fn answer(self, taken: Result<bool, Rejection>) {
         match taken {
             Ok(_) => drop(self.taken()),

@@ -27,14 +27,14 @@ use std::time::Duration;
 
 /// A request of a service or of the node's owner to the cycle.
 pub(super) enum Request {
-    /// Apply these settings; the record gets the parameters.
+    /// Apply these settings, and add their parameters to the record for replay.
     Configure(Box<Settings>, ParameterRecord),
     /// Pause (true) or resume (false). The duration is the time since the request was sent.
     Pause(bool, Duration, Reply),
     Stop(Reply),
     /// Count the present wrench as no contact.
     Tare(Reply),
-    /// Begin (true) to identify the load on the sensor, or end it (false).
+    /// Begin (true) or end (false) the identification of the load on the wrench sensor.
     IdentifyTool(bool, Reply),
     /// Go to another configuration. The duration is the time since the request was sent.
     Reconfigure(Duration, Reply),
@@ -99,7 +99,7 @@ pub(super) struct Sources {
     pub searcher: Searcher,
     /// The subscription to the wrench at the tool, if there is one.
     pub wrenches: Option<WrenchInput>,
-    /// Looks up the frames of goals in other frames; `None` if the node takes goals in one frame only.
+    /// Looks up the frames of goals in TF; `None` if the node takes goals in one frame only.
     pub frames: Option<Frames>,
 }
 
@@ -219,8 +219,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the frame in which the goal with this stamp \[ns\] was given. This is another frame than the servo's own only if the
-    /// last accepted goal has this stamp and was given in another frame.
+    /// Returns the frame in which the goal with this stamp \[ns\] was given. Only the frame of the last accepted goal is known. For
+    /// any other stamp, returns the frame in which the servo takes goals.
     pub fn frame_of(&self, stamp: i64) -> &str {
         let taken = &self.taken_frame;
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
@@ -407,7 +407,7 @@ impl RosInputs {
         }
     }
 
-    /// Gives the servo every goal, so that an invalid goal does not hide an earlier valid one.
+    /// Gives the servo every received goal, not only the newest: if the newest goal is invalid, an earlier one may be valid.
     fn goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, goals, goal, goal_senders, .. } = self;
         let Self { frames, goal_frame, taken_frame, goal_count, record, shutdown, rejected, .. } = self;

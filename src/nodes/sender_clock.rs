@@ -4,9 +4,9 @@
 //! until the sender's own messages show that they do not. From then on, the age of a message is its delay relative to the sender's
 //! fastest messages.
 //!
-//! A wrong clock makes ages less exact. If the publisher is older than this node and the publisher's clock is behind, the servo may
-//! at first reject the publisher's messages as late. The reason for the rejection names the apparent age. The rejections end once
-//! two messages that arrive at least 0.1 s apart have the same offset, up to `JITTER`.
+//! A wrong clock makes ages less exact. If the publisher is older than this node, and its clock is behind, the servo may at first
+//! reject its messages as late. The reason for the rejection names the apparent age. The rejections end once two messages that
+//! arrive at least 0.1 s apart have the same offset, up to `JITTER`.
 
 use std::time::Duration;
 

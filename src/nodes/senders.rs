@@ -1,4 +1,4 @@
-//! Numbers the publishers of one input, and computes the age of their messages.
+//! Gives a number to each publisher of one input, and computes the age of the publishers' messages.
 
 use super::sender_clock::SenderClock;
 use dq_core::servo::Sent;

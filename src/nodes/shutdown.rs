@@ -16,10 +16,11 @@ pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 /// The longest time for which zeros are sent if the robot does not report that it stands still.
 const LONGEST_FINAL_ZEROS: Duration = Duration::from_millis(500);
 
-/// The time to wait for the cycle: the sum of the times above, and one second. A cycle that takes longer hangs.
+/// How long to wait until the cycle ends: [`LONGEST_DECELERATION`], [`LONGEST_FINAL_ZEROS`] and one second. A cycle that takes
+/// longer hangs.
 pub(super) const PATIENCE: Duration = Duration::from_millis(3500);
 
-/// Joint speeds up to this [rad/s] are noise of a robot that stands still.
+/// Joint speeds up to this [rad/s, prismatic: m/s] are noise of a robot that stands still.
 const STANDING: f64 = 0.01;
 
 /// The reason why a servo node did not end properly.
@@ -73,7 +74,7 @@ pub(super) struct Shutdown {
     /// The unit of joint speeds in errors. With both kinds of joints, this text names both units.
     unit: &'static str,
     zeros_since: Option<Duration>,
-    /// The command of the fastest joint at the deadline [rad/s], if the arm was not at rest.
+    /// The command of the fastest joint at the deadline [rad/s, prismatic: m/s], if the arm was not at rest.
     not_at_rest: Option<f64>,
 }
 
@@ -88,8 +89,9 @@ impl Shutdown {
         Self { asked: now, unit, zeros_since: None, not_at_rest: None }
     }
 
-    /// Returns what to do at `now`. `command` is the command of the fastest joint [rad/s]. `reported` is the speed of the fastest
-    /// joint [rad/s] that the robots have reported since the shutdown began; `None` if they have not.
+    /// Returns what to do at `now`. `command` is the command of the fastest joint. `reported` is the last reported speed of the
+    /// fastest joint; `None` if the robots have reported no speeds since the shutdown began. Both are in rad/s, or m/s for a
+    /// prismatic joint.
     pub fn step(&mut self, now: Duration, command: f64, reported: Option<f64>) -> Step {
         if self.zeros_since.is_none() {
             if command > 0.0 && now.saturating_sub(self.asked) <= LONGEST_DECELERATION {

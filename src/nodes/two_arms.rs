@@ -8,7 +8,7 @@ use dq_ros::ros::{Resolver, RosError};
 use dq_wire::{ServoKind, command_topic};
 
 /// Checks that the commands to the two arms go to different topics. If the joint states of both arms come on one topic, also checks
-/// that no joint of one arm has the name of a joint of the other arm. A servo for one arm always passes.
+/// that the arms have no joint name in common. A servo for one arm always passes.
 ///
 /// # Errors
 /// [`NodeError`] for a common name of joints, or a common topic of commands.

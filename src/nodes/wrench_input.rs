@@ -57,8 +57,8 @@ impl WrenchInput {
         self.senders.publisher(number)
     }
 
-    /// Passes every received wrench to the servo. Asks TF for the frame of the sensor, unless it is the tool frame or the base
-    /// frame.
+    /// Passes the received wrenches to the servo. Drops them if the settings do not use wrenches, and while the frame of the sensor
+    /// is unknown. Asks TF for this frame, unless it is the tool frame or the base frame.
     pub fn feed(
         &mut self,
         servo: &mut Servo,

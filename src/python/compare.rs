@@ -46,7 +46,7 @@ pub(super) fn tasks<'py>(
 /// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
 /// equal on tasks that no comparison uses.
 ///
-/// Raises a ValueError if the law settles in less than half of the tasks at every gain.
+/// Raises a ValueError if the law settles in fewer than half of the tasks at every gain.
 #[pyfunction]
 #[pyo3(signature = (law, arm, *, parameters = None))]
 pub(super) fn settling_gain(

@@ -4,7 +4,7 @@ use super::arrays::{Numbers, slice, wrong};
 use pyo3::prelude::*;
 use std::collections::HashMap;
 
-/// A joint goal from Python \[rad, prismatic: m\]: positions by joint name, or of all joints in their order.
+/// A joint goal from Python \[rad, prismatic: m\]: positions by joint name, or the positions of all joints in their order.
 #[derive(FromPyObject)]
 pub(super) enum JointGoal<'py> {
     Named(HashMap<String, f64>),

@@ -93,7 +93,7 @@ impl Law {
         self.controller.gains(law)[..law.gains().names.len()].to_vec()
     }
 
-    /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts.
+    /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's dual quaternions q and -q, the nearer one counts.
     ///
     /// For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion.
     fn step<'py>(
@@ -144,7 +144,8 @@ impl Law {
         table(py, numbers.map_err(|why: String| wrong(why))?, joints)
     }
 
-    /// Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm.
+    /// Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm, along the
+    /// tool's axes.
     fn twist<'py>(&self, py: Python<'py>, tool_from_goal: &Pose) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let twist = self.controller.body_twist(&tool_from_goal.0.inverse());
         self.check()?;

@@ -11,7 +11,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// A law that is a Python function, or a Python object with the methods of [`OwnLaw::remembering`].
+/// A law that is a Python function, or a Python object with the method `twist` (see [`OwnLaw::remembering`]).
 ///
 /// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
 /// tool to the goal at gain 1.
@@ -19,7 +19,7 @@ use std::sync::{Mutex, PoisonError};
 /// A controller refers to laws by `'static` references. So an `OwnLaw` (some 100 bytes) is never freed. But [`Owned`] frees the
 /// Python object in it.
 pub(super) struct OwnLaw {
-    /// The function or object; `None` once its last user is gone.
+    /// The function or object; `None` after [`Owned`] has freed it.
     law: Mutex<Option<Py<PyAny>>>,
     /// The number of values that an object remembers during a motion; `None` for a function.
     memory: Option<usize>,
@@ -59,8 +59,9 @@ impl OwnLaw {
         }
     }
 
-    /// Calls `twist(goal, body_twist, dt, memory)`: the goal relative to the tool, the tool's twist by the last command, and the time
-    /// since then \[s\], all along the tool's axes. The method may write to the array `memory`.
+    /// Calls the object's method `twist(goal, body_twist, dt, memory)`. `goal` is the goal relative to the tool, and `body_twist`
+    /// is the twist that the last command gives the tool, both along the tool's axes. `dt` is the time since the previous cycle
+    /// \[s\]. The method may write to the array `memory`.
     fn remembering(
         &self,
         py: Python<'_>,
@@ -91,7 +92,7 @@ impl OwnLaw {
     }
 }
 
-/// The owner of a law that the user wrote. When the last user drops it, it frees the Python object.
+/// Owns a law that was written in Python. When this value is dropped, it frees the Python object.
 pub(super) struct Owned(&'static OwnLaw);
 
 impl Owned {
@@ -99,7 +100,7 @@ impl Owned {
         Self(Box::leak(Box::new(law)))
     }
 
-    /// Returns the law as controllers refer to it.
+    /// Returns the `'static` reference to the law, which controllers store.
     pub fn law(&self) -> &'static OwnLaw {
         self.0
     }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// The run of one servo in a bag. Times are counted from its first motion [s].
+/// The run of one servo in a bag. Times [s] count from its first motion.
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Run(RecordedRun);
 

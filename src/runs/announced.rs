@@ -57,7 +57,7 @@ impl Announced {
         self.parameters.get(node).map_or(&[], Vec::as_slice)
     }
 
-    /// Yields the nodes that announced this parameter at their last start.
+    /// Yields the names of the nodes that announced this parameter when they last started.
     pub fn nodes_with<'a>(&'a self, parameter: &'a str) -> impl Iterator<Item = &'a str> {
         let has = move |last: &AnnouncedParameters| last.initial.iter().any(|one| one.name == parameter);
         let nodes = self.parameters.iter().filter(move |(_, lives)| lives.last().is_some_and(has));

@@ -55,8 +55,8 @@ impl MeasuredMotions {
     }
 
     /// Processes a goal message that was recorded at `time` \[s\]. Returns true if the goal begins a new motion. Returns false if
-    /// the goal equals the current goal within the tolerance, or if it arrived within [`STREAM`] of the last goal message. If it
-    /// returns false, `goal` replaces the goal of the current motion.
+    /// the goal equals the current goal within the tolerance, or if it arrived within [`STREAM`] of the last goal message. In these
+    /// two cases, `goal` replaces the goal of the current motion.
     pub fn take_goal(&mut self, time: f64, goal: UnitDualQuaternion) -> bool {
         if let Some(current) = &mut self.current {
             let [position, rotation] = current.goal.distances(&goal);

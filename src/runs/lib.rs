@@ -41,7 +41,7 @@ pub enum RunError {
         run: String,
         /// The topic.
         topic: String,
-        /// What the bag has instead, as the end of the sentence.
+        /// The end of the error message, which says what the bag has instead.
         instead: String,
     },
     /// The bag does not have what a replay needs.
@@ -64,7 +64,7 @@ pub enum RunError {
     /// The servo rejects the parameters in the bag.
     #[error("the parameters in the bag: {0}")]
     Settings(#[from] dq_core::servo::SettingsError),
-    /// The servo in the bag obeyed a live keep-out that is invalid here.
+    /// The servo in the bag obeyed a live keep-out (one drawn on `~/keep_out`) that this version cannot read.
     #[error("the live keep-out {keep_out:?} in the bag: {why}")]
     KeepOut {
         /// The text of the keep-out, or its beginning.
@@ -72,7 +72,7 @@ pub enum RunError {
         /// The reason.
         why: dq_space::space::KeepOutError,
     },
-    /// The live keep-outs in the bag do not fit into the scene.
+    /// The scene cannot have the live keep-outs in the bag (those drawn on `~/keep_out`).
     #[error("the live keep-outs in the bag: {0}")]
     Scene(#[from] dq_space::space::SceneError),
 }

@@ -30,8 +30,9 @@ const LAWS: usize = 1 << 9;
 /// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].
 const LATE: f64 = 1.0;
 
-/// A time \[s\] that is shorter than any pause in which the servo sends nothing. But it is longer than the difference between the
-/// recorded times of a command and of its cycle.
+/// After a pause in which the servo sent nothing, the curve of commanded positions breaks this long before the next command's cycle
+/// \[s\]. This time is shorter than any pause, but longer than the difference between the recorded times of a command and of its
+/// cycle.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// Times count from the first motion of the shown part of a run. That motion may begin at most this long before the first joint
@@ -172,7 +173,8 @@ impl RunReader {
         }
     }
 
-    /// Stores the parameters that the servo announced at each of its starts and later. They take effect at their times.
+    /// Stores the parameters that the servo announced, at its starts and afterwards. [`apply_until`](Self::apply_until) applies
+    /// each of them at the time of its announcement.
     pub fn announce(&mut self, lives: &[AnnouncedParameters]) -> Result<(), RunError> {
         for (number, life) in lives.iter().enumerate() {
             let mut store = life.initial(self.kind)?;

@@ -43,8 +43,8 @@ pub struct Recorded {
     pub losses: UnreadableParts,
 }
 
-/// Reads the runs of the bag at `path`. Error messages call the bag `name`. An arm whose servo's parameters are not in the bag gets
-/// the parameters `fallback`.
+/// Reads the runs of the bag at `path`. Error messages call the bag `name`. If the bag lacks the parameters of an arm's servo, the
+/// arm gets the parameters `fallback`.
 ///
 /// # Errors
 /// [`RunError::Bag`]; [`RunError::NoRobot`] if nothing can be drawn; [`RunError::Parameters`].
@@ -169,7 +169,8 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// Returns the entries of `lives` with the same joints as the last entry. At the other starts, the servo had another robot.
+/// Returns the entries of `lives` that have the same joints as the last entry. Each entry belongs to one start of the servo. At a
+/// start with other joints, the servo had another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

@@ -37,8 +37,8 @@ pub struct Replayed {
     pub first_difference_s: Option<f64>,
     /// The time intervals in which commands were compared \[s\], counted from the first compared cycle.
     pub judged_s: Vec<(f64, f64)>,
-    /// The number of commands that could not be compared, because cycles before them are missing and no cycle with a saved state came
-    /// since then.
+    /// The number of commands that could not be compared: those before the first cycle with a saved state, and those from a missing
+    /// cycle until the next such cycle.
     pub not_judged: u64,
     /// The number of missing cycles. A gap ends the comparison until the next cycle with a saved state.
     pub inputs_missing: u64,
@@ -167,10 +167,9 @@ impl Running {
     }
 }
 
-/// Returns the settings with the live keep-outs `drawn`.
+/// Returns the settings with the keep-outs `drawn`, which the bag has from `~/keep_out`.
 ///
-/// # Errors
-/// [`RunError::KeepOut`] for a text that is not a keep-out; the error of the scene if the scene has no room for the keep-outs.
+/// # Errors [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.
 fn with_drawn(settings: &Settings, drawn: &[String]) -> Result<Settings, RunError> {
     let parse =
         |text: &String| text.parse().map_err(|why| RunError::KeepOut { keep_out: shown(text, NAME), why });

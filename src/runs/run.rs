@@ -65,7 +65,8 @@ pub struct RecordedRun {
 /// A gap between two joint states divides a run into two parts only if it is longer than this \[s\].
 const APART: f64 = 60.0;
 
-/// A gap divides a run into two parts only if it is also longer than this many times the recorded duration.
+/// A gap between two joint states divides a run only if it is longer than [`APART`], and longer than the recorded duration times
+/// this factor.
 const FAR: f64 = 10.0;
 
 /// Splits a run at its long gaps: those longer than [`APART`] and longer than [`FAR`] times the recorded duration. The recorded duration
@@ -124,7 +125,7 @@ impl RecordedRun {
         }
     }
 
-    /// Selects the part of the run with the most joint states for the figures. Adds a note about each other part.
+    /// Selects the part of the run that figures show: the part with the most joint states. Adds a note about each other part.
     pub(super) fn show_most(&mut self) {
         let parts = parts(self.samples.iter().map(|sample| sample.time));
         let Some((shown, _)) = parts.iter().max_by_key(|(_, count)| *count).cloned() else { return };

@@ -19,8 +19,7 @@ const MOST: usize = 1_000_000;
 
 /// The triangles of the arm, and the reasons why some shapes could not be read.
 pub(super) struct ArmShape {
-    /// The surfaces of each link. The index is the number of the link that they move with: 0 for the base, and 1 for the first link
-    /// that moves.
+    /// A surface for each link of the arm. Surface 0 stands still with the base, and surface 1 moves with the first moving link.
     surfaces: Vec<Surface>,
     /// The reasons why some shapes are missing.
     pub missing: Vec<String>,
@@ -120,7 +119,8 @@ mod tests {
     use super::*;
     use nalgebra::Isometry3;
 
-    /// A pedestal, an arm with a revolute and a prismatic joint, a hand, and a finger. Each link has a ball.
+    /// A robot that consists of a pedestal, an arm with a revolute and a prismatic joint, a hand, and a finger. The pedestal, the
+    /// upper arm, the hand and the finger are balls. The mesh of the forearm is missing.
     const ROBOT: &str = r#"<robot name="r">
       <link name="pedestal"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
       <link name="base"/>

@@ -28,7 +28,7 @@ mod tests {
     use dq_core::servo::{Reason, Revocation};
     use dq_messages::messages::{DiagnosticStatus, KeyValue};
 
-    /// The servo's own text names services, for programs.
+    /// The servo's texts name services. A user of the page has buttons instead.
     #[test]
     fn a_revoked_motion_names_the_page_s_button_and_no_service() {
         let revoked = Reason::Revoked(Revocation::Stopped);

@@ -128,7 +128,7 @@ impl Peer {
     }
 }
 
-/// Writes a message for browsers whenever something is received, and at least twice per second.
+/// Writes a message for browsers whenever the servo or its arm sends something, and at least twice per second.
 async fn show(
     shared: Arc<Shared>,
     mut seen: ServoMonitor,

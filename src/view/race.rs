@@ -73,7 +73,7 @@ impl RaceWatch {
         }
     }
 
-    /// Returns whether both servos hold their arms at rest, and whether a goal sent now would reach both.
+    /// Returns whether the race can begin: both servos hold their arms at rest, and would receive a goal that is sent now.
     pub fn is_ready(&self) -> bool {
         let ready = |arm: &RaceArm| {
             let waits = arm.servo.report().is_some_and(|report| report.state == State::Holding);

@@ -154,7 +154,7 @@ impl Server {
 }
 
 /// Returns the address for the link to a server that listens on `listening`. If `listening` stands for all addresses of this host,
-/// returns the one from which this host sends packets to other networks, or loopback if there is none.
+/// returns the address from which this host sends packets to other networks. Without such an address, returns loopback.
 fn reachable(listening: IpAddr) -> IpAddr {
     if !listening.is_unspecified() {
         return listening;

@@ -236,7 +236,8 @@ impl ServoMonitor {
         }))
     }
 
-    /// Calls `of` for each arm with its joint positions, and returns the results; `None` until every arm has sent a joint state.
+    /// Calls `of` for each arm with its joint positions, and returns the results. Returns `None` without a `robot`, and until every
+    /// arm has sent a joint state.
     fn of_each<R>(
         &self,
         robot: Option<&Robot>,

@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::{interval, timeout};
 
-/// The size of the largest message from a browser that is read \[bytes\].
+/// The largest size of a message that the server accepts from a browser \[bytes\].
 pub(super) const LARGEST: usize = 16 * 1024;
 
-/// A browser must receive a message within this time. Otherwise the server disconnects it.
+/// The longest time that sending a message to a browser may take. After this time, the server disconnects the browser.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The interval of pings. A browser answers each ping, which shows that it is alive.
@@ -27,7 +27,7 @@ const WAITING: usize = 16;
 /// The close code of WebSockets (RFC 6455) for a broken protocol.
 const PROTOCOL_ERROR: u16 = 1002;
 
-/// The session has ended.
+/// The error that the session has ended.
 struct Gone;
 
 /// A browser's session.

@@ -111,7 +111,7 @@ impl Command for JointTrajectory {
         Some((positions, (&point.time_from_start).into()))
     }
 
-    /// The mark of a guard is the frame in the header. Controllers ignore the frame.
+    /// A guard marks its commands by the frame in the header, which controllers ignore.
     fn is_of_guard(&self) -> bool {
         self.header.frame_id == GUARD
     }

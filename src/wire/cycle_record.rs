@@ -16,8 +16,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// The size of the longest message that is read \[bytes\]: eight times the size of a message with all parameters. Decoding a
-/// message takes up to fifty times its size in memory.
+/// The size of the longest message that [`CycleRecord::read_all`] accepts \[bytes\]: eight times the size of a message with all
+/// parameters. Decoding a message takes up to fifty times its size in memory.
 const LONGEST: usize = 4 << 20;
 
 /// One cycle of a servo.
@@ -34,12 +34,12 @@ pub struct CycleRecord<'a> {
     pub output: Option<Vec<f64>>,
 }
 
-/// The values of some or all parameters, and all live keep-outs.
+/// The values of some or all parameters, and all live keep-outs (those drawn on `~/keep_out`).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordedParameters {
     /// The names and values.
     pub values: Vec<(String, Value)>,
-    /// All live keep-outs, as texts.
+    /// All keep-outs that are drawn on `~/keep_out`, as texts.
     pub drawn: Vec<String>,
 }
 
@@ -81,7 +81,7 @@ pub enum Recorded<'a> {
     Begin(ServoKind, RecordedParameters),
     /// The state of the servo before the cycle.
     Saved(Saved<'a>),
-    /// Parameters were set. Contains the changed parameters and all live keep-outs.
+    /// Parameters were set. Contains the changed parameters, and all keep-outs that are drawn on `~/keep_out`.
     Parameters(RecordedParameters),
     /// A request to pause or to resume: [`Event::Pause`].
     Pause {
@@ -92,9 +92,10 @@ pub enum Recorded<'a> {
     },
     /// A request to stop: [`Event::Stop`].
     Stop,
-    /// [`Event::Reconfigure`], with the age of the request on arrival.
+    /// A request to go to another configuration ([`Event::Reconfigure`]), with the age of the request on arrival.
     Reconfigure(Duration),
-    /// [`Event::Found`]: when the servo asked for the search, the number of starts that the search tried, and the positions found.
+    /// The result of a search ([`Event::Found`]): the time at which the servo asked for the search, the number of starts that the
+    /// search tried, and the positions that it found.
     Found(Duration, u32, Option<Cow<'a, [f64]>>),
     /// A joint state: [`Event::JointState`].
     JointState {

@@ -68,7 +68,7 @@ impl ServoKind {
         }
     }
 
-    /// Returns whether goals may be in any frame of TF. A relative goal is always in the frame of the other tool.
+    /// Returns whether goals may be in any frame of TF. For two arms, a goal is always in the left tool's frame.
     pub fn takes_frames(self) -> bool {
         self == Self::OneArm
     }
@@ -142,8 +142,8 @@ impl ServoKind {
         }
     }
 
-    /// Returns the names of the law and the gains of `motion`, for its report. A motion to a joint goal has no law and no gains;
-    /// its name is that of the joint line.
+    /// Returns the names of the law and the gains of `motion`, for its report. A motion to a joint goal has no law and no gains.
+    /// For such a motion, the name of the law is `joint_line`.
     pub fn law_of(self, motion: &Motion) -> (LawNames, String) {
         if motion.by_joints {
             return (LawNames { law: JOINT_LINE, ..LawNames::default() }, String::new());

@@ -103,7 +103,7 @@ pub struct ServoReport<'a> {
 pub struct Reported<'a> {
     /// The node's name.
     pub node: &'a str,
-    /// Whether guards are running, which stop the arms if the servo is killed.
+    /// The state of the guards, which are the nodes that stop the arms if the servo is killed.
     pub guard: GuardState,
     /// A text about the keep-outs and keep-ins that the servo does not obey, and why.
     pub not_obeyed: Option<String>,
@@ -183,8 +183,8 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Returns key-value pairs about consent: whether there is consent, the last request, and the last revocation. With the request
-    /// and with the revocation comes a pair that has the time since then \[s\].
+    /// Returns key-value pairs about consent: whether there is consent, the last request, and the last revocation. Further pairs
+    /// have the times since the request and since the revocation \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);
@@ -288,8 +288,8 @@ impl StatusReport {
         self.state == State::Stalled && self.reconfiguration.as_deref() == Some(Reconfiguration::FOUND)
     }
 
-    /// Returns a sentence about what the servo is doing, why the arm does not arrive, and how far the goal is, as far as this is
-    /// known.
+    /// Returns a sentence that says what the servo is doing. If known, it also says why the arm does not arrive, and how far the
+    /// goal is.
     pub fn sentence(&self) -> String {
         if let (State::Settled, Some(Figures { arrival_time: Some(time), path_length, .. })) =
             (self.state, self.figures)

@@ -84,7 +84,7 @@ pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     }
 }
 
-/// Returns the ends of the three axes of a frame, in pairs, each with its color.
+/// Returns the three axes of a frame, each as two end points with the color of the axis.
 fn axes(pose: &Pose, length: f64) -> Vec<(Point, ColorRGBA)> {
     let (p, o) = (&pose.position, &pose.orientation);
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(o.w, o.x, o.y, o.z)).to_rotation_matrix();

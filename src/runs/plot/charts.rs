@@ -163,7 +163,7 @@ fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>
     }
 }
 
-/// Returns the figure of the smallest singular value, with a line at the value below which the inverse is damped.
+/// Returns the figure of the smallest singular value, with a line at the value below which the inverse of the Jacobian is damped.
 pub(super) fn singular_value(runs: &[StyledRun]) -> Figure {
     let value = |sample: &Sample| Some(sample.smallest_singular_value);
     let mut series: Vec<_> = runs.iter().flat_map(|drawn| curves(drawn, value)).collect();

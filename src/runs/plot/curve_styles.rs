@@ -78,7 +78,7 @@ impl CurveStyle {
 }
 
 impl StyledRun<'_> {
-    /// Yields each style with its samples. Adds the sample after them, so that curves do not break.
+    /// Yields each style with the samples in its time range. Adds the sample after this range, so that curves do not break.
     pub fn samples(&self) -> impl Iterator<Item = (&CurveStyle, &[Sample])> {
         let index = |time: f64| self.run.samples.partition_point(|sample| sample.time < time);
         self.styles.iter().map(move |style| {

@@ -125,8 +125,8 @@ class Chain:
         """Returns the N×6×n Jacobians at N×n joint positions, like `jacobian`."""
 
 class OwnLaw(Protocol):
-    """A law with a memory: an object with these two members. `begin(body_twist, memory)` is optional, and sets the memory at the
-    beginning of a motion."""
+    """A law with a memory: an object with these two members. It may also have a method `begin(body_twist, memory)`, which sets the
+    memory at the beginning of a motion."""
 
     memory: int
     """How many numbers the law remembers during a motion, at most 24."""
@@ -134,9 +134,11 @@ class OwnLaw(Protocol):
     def twist(self, goal: Pose, body_twist: Array, dt: float, memory: Array) -> ArrayLike:
         """Returns the twist (angular, linear) that moves the tool to the goal at gain 1, and updates `memory`.
 
-        `goal` is the goal relative to the tool, `body_twist` the tool's twist by the last command, `dt` [s] the time since then. All
-        twists are along the tool's axes. The servo may ask several times in a cycle, so keep everything in `memory`, which begins
-        with zeros in each motion, and nothing in `self`.
+        `goal` is the goal relative to the tool, and `body_twist` is the twist that the last command gives the tool. `dt` [s] is the
+        time since the previous cycle. All twists are along the tool's axes.
+
+        The servo may call this method several times in a cycle. So store everything that must last in `memory`, and nothing in `self`.
+        At the beginning of each motion, `memory` has zeros, unless `begin` sets it.
         """
 
 class Law:
@@ -166,7 +168,7 @@ class Law:
         """The gains of the law: one number, or two numbers if the law has two gains."""
 
     def step(self, chain: Chain, theta: ArrayLike, goal: Pose) -> Array:
-        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's two signs, the nearer one counts.
+        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's dual quaternions q and -q, the nearer one counts.
 
         For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion."""
 
@@ -174,7 +176,8 @@ class Law:
         """Returns the N×n joint velocities for N×n joint positions and N×8 goals."""
 
     def twist(self, tool_from_goal: Pose) -> Array:
-        """Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm."""
+        """Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm, along the
+        tool's axes."""
 
 class Servo:
     """The servo with all safety rules, in fake time that you provide.
@@ -194,8 +197,9 @@ class Servo:
         """Creates a servo for `arm`, one of `arms()` or a parameter file. Without `arm`, the parameters describe the arm by DH rows or
         `robot_description`.
 
-        One of `laws()` sets the parameters of that law. Your own function stays in force until another law, or `controller`, is set.
-        `right_base` is the pose of a second such arm's base in the first one's base frame.
+        A `law` of the library sets the parameters of that law. Your own law stays in force until another law, or the parameter
+        `controller`, is set. `right_base` adds a second arm of the same kind: it is the pose of this arm's base in the first arm's base
+        frame.
         """
 
     def set_goal(self, base_from_goal: Pose) -> None:
@@ -269,7 +273,7 @@ class Servo:
         """The content of `~/status`: the state, its reason, who requested motion, what revoked the request, and the metrics of the motion."""
 
 class Run:
-    """The run of one servo in a bag. Times are counted from its first motion [s]."""
+    """The run of one servo in a bag. Times [s] count from its first motion."""
 
     @property
     def name(self) -> str:
@@ -330,7 +334,7 @@ def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -
     """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
     equal on tasks that no comparison uses.
 
-    Raises a ValueError if the law settles in less than half of the tasks at every gain."""
+    Raises a ValueError if the law settles in fewer than half of the tasks at every gain."""
 
 def compare(
     law: Law,
