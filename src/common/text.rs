@@ -11,8 +11,8 @@ use std::marker::PhantomData;
 /// than this.
 pub const LONGEST: usize = 250;
 
-/// The largest number of elements of a list from outside; longer lists are refused. No robot has as many joints, and processing a
-/// longer list would take longer than a cycle.
+/// The largest number of elements of a list from another program or a file; longer lists are refused. No robot has as many joints,
+/// and processing a longer list would take longer than a cycle.
 pub const MOST: usize = 100_000;
 
 const ELLIPSIS: char = '…';
@@ -29,7 +29,7 @@ pub fn cut(text: &str) -> Cow<'_, str> {
 
 /// The largest number of characters that are shown of a name from another program or a file. Longer names are cut.
 pub const NAME: usize = 80;
-/// The largest number of characters of an error message about a file from outside. Longer messages are cut.
+/// The largest number of characters that are shown of an error message about a file. Longer messages are cut.
 pub const REASON: usize = 400;
 
 /// Returns `text` in a form that is safe to show in a figure, a table or a line. Replaces control characters. If the text has more

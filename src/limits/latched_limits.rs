@@ -1,4 +1,4 @@
-//! The limits on which a joint relied when it began to move.
+//! For each joint, the largest limits since the joint last stood. Lower limits do not apply to the motion that is under way.
 
 use crate::Limits;
 use serde::{Deserialize, Serialize};
@@ -34,9 +34,9 @@ impl LatchedLimits {
         latched
     }
 
-    /// Updates the latched limits after `command`, which was sent under `limits` and includes `hold` [rad/s, prismatic: m/s]. The
-    /// hold is the part of the command that keeps a joint still against a payload or gravity, so a joint stands if its command
-    /// equals its hold. After two commands in a row at which the joint stands, the new limits replace the latched ones.
+    /// Updates the latched limits after `command`, which was sent under `limits` [rad/s, prismatic: m/s]. `hold` is the part of
+    /// `command` that keeps the joints still against a payload or gravity. A joint stands if its command equals its hold. If a joint
+    /// stands at two commands in a row, `limits` replace its latched limits.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;

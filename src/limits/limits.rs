@@ -78,7 +78,7 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The time between cycles, averaged over the duration of a stop \[s\]. This is the largest such average in the last 2 to 4 s.
+    /// The mean time between cycles over the duration of a stop: the largest such mean in the last 2 to 4 s \[s\].
     pub cycle: f64,
     /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
     /// lateness of a cycle or a joint state \[s\].
@@ -134,7 +134,7 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The ratio of the allowed speed to the remaining distance, close to the position that the joint must not pass [1/s].
+    /// The joint's allowed speed divided by its distance to the position that it must not pass, if this distance is small [1/s].
     rate: f64,
     /// The deceleration that is available to the joint [rad/s², prismatic: m/s²].
     pub deceleration: f64,

@@ -30,9 +30,9 @@ const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Pr
 impl PositionLimits {
     /// Returns joint positions near `positions`. The tool pose at the returned positions is a goal that the arm can reach.
     ///
-    /// The range of each joint is within its limits less the margin. Each joint is displaced upward by 0.3 rad (prismatic: 0.1 m).
-    /// If this displacement would leave the range, the joint is displaced downward instead. If both displacements would leave the
-    /// range, the joint is displaced by half of its distance from the farther end of the range.
+    /// Each joint is displaced upward by 0.3 rad (prismatic: 0.1 m) and stays at least the margin away from its limits. If there is
+    /// not enough space for this displacement, the joint is displaced downward instead. If there is not enough space downward
+    /// either, the joint is displaced in the direction with more space, by half of that space.
     pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {

@@ -56,8 +56,8 @@ impl FileParameters {
     /// Reads the values for the node with the full name `node` from `text`, the text of a file called `file`.
     ///
     /// Node names may be nested or written with slashes. They may contain the wildcards `*` (one token) and `**` (any number of
-    /// tokens). Names nested under `ros__parameters` are joined by dots. Values from a section with a wildcard do not count as
-    /// given by name.
+    /// tokens). Names nested under `ros__parameters` are joined by dots. [`by_name`](ParameterOverride::by_name) is false for values
+    /// from a section whose node name has a wildcard.
     ///
     /// # Errors
     /// [`ParameterError::File`] with the name `file` if the text is not a parameter file.

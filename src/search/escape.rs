@@ -1,9 +1,13 @@
 //! The escape from a singularity at which a law stands still, although the joints could reduce the error.
 //!
-//! If the error `e` lies in a direction in which the joints cannot move the tool, `Jᵀ e` is 0. Then a law that feeds back the error
-//! stands still, and close to such a configuration it starts very slowly. Such a configuration is a critical point of `½|e|²`. At a
-//! saddle, such as a folded elbow and a goal farther out, the error falls to second order along the direction of the most negative
-//! curvature, both forward and backward. At a minimum, no configuration nearby is nearer to the goal.
+//! Let `e` be the law's error, and `J` its Jacobian. In some configurations, the joints cannot move the tool in the direction of `e`:
+//! `Jᵀ e` is 0. There, a law that feeds back the error stands still, and nearby it moves very slowly. Such a configuration is a
+//! critical point of `½|e|²`:
+//!
+//! - At a saddle, motion in the direction of the most negative curvature reduces the error, both forward and backward. An example is
+//!   an arm with a folded elbow and a goal farther out. The reduction is of second order, so the law's feedback does not find this
+//!   direction.
+//! - At a minimum, no configuration nearby is nearer to the goal.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Arms};
@@ -15,8 +19,9 @@ use serde::{Deserialize, Serialize};
 /// The least speed of an escape [rad/s, prismatic: m/s]: the norm of all joint velocities.
 pub const ESCAPE_SPEED: f64 = 0.3;
 
-/// A curvature of the error counts as an escape if it is at least this fraction of the squared error. If two joints must move to
-/// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
+/// The least downward curvature of `½|e|²` [per rad²] in the direction of an escape, as a fraction of `|e|²`. The threshold is
+/// relative, because near the goal the curvature may be small: it is proportional to `|e|²` if two joints must move to reduce the
+/// error, as at a singular wrist.
 const LEAST_CURVATURE: f64 = 1e-3;
 
 /// Half the distance between the two configurations at which `Jᵀ e` is computed for a curvature \[rad, prismatic: m\].
@@ -70,7 +75,8 @@ pub struct Freedom {
     pub error: f64,
     /// The fraction of the error that the joints can reduce, `|Jᵀ e| / |e|`.
     pub part: f64,
-    /// The rate at which the error falls along the last escape, relative to the error [1/rad].
+    /// The component of `Jᵀ e` in the direction of the last escape, divided by `|e|`. It says how fast `|e|` falls if the joints move
+    /// in this direction [per rad, prismatic: per m].
     pub fall: f64,
 }
 

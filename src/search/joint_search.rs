@@ -66,7 +66,7 @@ pub struct Search {
     /// The largest speed of each joint [rad/s, prismatic: m/s]. Divided by these speeds, displacements become travel times, which
     /// the search compares.
     speeds: Vec<f64>,
-    /// The joint positions of the arms when the servo asked \[rad, prismatic: m\].
+    /// The joint positions of the arms when the servo asked the question \[rad, prismatic: m\].
     from: Vec<f64>,
     /// The arms at trial positions.
     trial: Arms,
@@ -149,9 +149,9 @@ impl Search {
         Found { asked: self.asked.unwrap_or_default(), starts: self.starts, positions }
     }
 
-    /// Sets the trial positions to the next start. Start 0 is at the positions of the arms when the servo asked. In start n, joint i
-    /// (counted from 1) is at the fraction `frac(½ + n φᵢ)` of its range. Here `φᵢ = g⁻ⁱ` and `g^(d+1) = g + 1` for d joints. This
-    /// sequence leaves no large gaps (Roberts 2018).
+    /// Sets the trial positions to the next start. Start 0 is at the positions of the arms when the servo asked the question. In
+    /// start n, joint i (counted from 1) is at the fraction `frac(½ + n φᵢ)` of its range. Here `φᵢ = g⁻ⁱ` and `g^(d+1) = g + 1`
+    /// for d joints. This sequence leaves no large gaps (Roberts 2018).
     fn start(&mut self) {
         let (from, limits) = (&self.from, &self.limits);
         let root = (0..ROOT_STEPS).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (from.len() as f64 + 1.0)));
@@ -198,8 +198,8 @@ impl Search {
 
     /// Stores the positions found if their travel time is the shortest so far.
     ///
-    /// Before that, shifts each revolute joint by whole turns, within its limits, so that it is as near as possible to its position
-    /// when the servo asked.
+    /// First shifts each revolute joint by whole turns, within its limits, so that it is as near as possible to its position when the
+    /// servo asked the question.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;

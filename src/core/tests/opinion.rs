@@ -102,7 +102,7 @@ struct Wanted {
     /// When the goal was requested.
     pushed: Span,
     came: Duration,
-    /// The pose of the goal; `None` if an older goal may still be in force.
+    /// The pose of the goal; `None` if it is uncertain which goal is in force, if any.
     pose: Option<UnitDualQuaternion>,
     /// Whether the goal consists of joint positions.
     by_joints: bool,
@@ -604,12 +604,12 @@ impl Opinion {
         )
     }
 
-    /// Returns the pose of the goal that is certainly in force.
+    /// Returns the pose of the goal in force; `None` if there is no goal, or if it is uncertain which goal is in force.
     pub fn goal_pose(&self) -> Option<&UnitDualQuaternion> {
         self.goal.as_ref()?.pose.as_ref()
     }
 
-    /// Returns whether the goal's frame is certainly present.
+    /// Returns whether TF certainly has the frame of the goal in force.
     pub fn knows_frame(&self) -> bool {
         self.lost.is_none() && self.goal_pose().is_some()
     }

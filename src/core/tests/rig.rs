@@ -56,7 +56,7 @@ pub struct Rig {
     pub state_delay: Duration,
     /// Whether joint states have stamps, by a clock that agrees with the servo's.
     pub stamped: bool,
-    /// The time that is added to the age of joint states in their stamps.
+    /// The time by which the stamps make joint states look older than they are.
     pub stamp_error: Duration,
     /// The time from one joint state to the next.
     pub state_interval: Duration,
@@ -97,7 +97,7 @@ pub struct Rig {
     altered: Option<bool>,
     /// The last command that has reached the robot.
     asked: Vec<f64>,
-    /// Since when each joint has not moved in spite of its command.
+    /// For each joint, the time since which it has not moved in spite of its command; `None` if it obeys.
     refused: Vec<Option<Duration>>,
     /// The velocities in the last joint states [rad/s].
     shown: Vec<f64>,

@@ -36,8 +36,8 @@ impl Sent {
         Duration::from_millis(100)
     }
 
-    /// Returns whether the robot has stopped because of its command timeout since the last command. Commands reach the robot with
-    /// the delay `late`.
+    /// Returns whether the robot has stopped since the last command because no command arrived within its command timeout. `late` is
+    /// the delay of commands on the way to the robot.
     pub fn is_after_gap(&self, now: Duration, late: Duration) -> Truth {
         let gap = self.last.map_or(Duration::MAX, |last| now.saturating_sub(last));
         Truth::between(gap > self.timeout() + self.period + late, gap > self.timeout())

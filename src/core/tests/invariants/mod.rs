@@ -49,7 +49,7 @@ struct Command {
 }
 
 impl Invariants {
-    /// Creates the check of commands that are sent once per `period` under `limits`. No earlier command is known.
+    /// Creates the checks for commands that are sent once per `period` under `limits`. The checks know no earlier command.
     pub fn new(limits: Limits, period: Duration) -> Self {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
@@ -260,8 +260,8 @@ mod tests {
 
     const PERIOD: Duration = Duration::from_millis(2);
 
-    /// Returns the check of one joint after a command of 0.5 rad/s. The joint's limits are 1 rad/s, 10 rad/s² to accelerate and 20
-    /// to decelerate, and −1 and 1 rad. Its tool has a limit of 1 m/s.
+    /// Returns the [`Invariants`] of one joint whose last command was 0.5 rad/s. The joint's limits are a speed of 1 rad/s, an
+    /// acceleration of 10 rad/s², a deceleration of 20 rad/s², and positions from −1 to 1 rad. The tool's limits are 1 m/s and 1 rad/s.
     fn moving() -> Invariants {
         let limits = Limits {
             joint_velocity: vec![1.0],
@@ -306,8 +306,8 @@ mod tests {
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
     }
 
-    /// Returns the check of the joint of [`moving`] with a jerk limit of 500 rad/s³, after commands from rest up to 0.006 rad/s.
-    /// Successive changes of the speed may differ by 0.002 rad/s.
+    /// Returns the [`Invariants`] of the joint of [`moving`] with a jerk limit of 500 rad/s³: successive changes of its speed may
+    /// differ by 0.002 rad/s. The last commands raised the joint's speed from 0 to 0.006 rad/s.
     fn eased() -> Invariants {
         let mut invariants = moving();
         invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });

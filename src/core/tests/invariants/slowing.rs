@@ -3,15 +3,15 @@
 /// Tolerance for rounding errors, as a fraction of the compared number.
 const ROUNDING: f64 = 1e-9;
 
-/// The slowing down of a joint with limited jerk. A change of speed [rad/s, prismatic: m/s] is positive if it slows the joint down.
+/// How a joint with limited jerk slows down. A change of speed is positive if it slows the joint down.
 pub(super) struct Slowing {
-    /// The change of speed in this cycle.
+    /// The change of speed in this cycle [rad/s, prismatic: m/s].
     pub step: f64,
-    /// The change of speed in the previous cycle.
+    /// The change of speed in the previous cycle [rad/s, prismatic: m/s].
     pub before: f64,
-    /// The largest change of speed per cycle.
+    /// The largest allowed change of speed per cycle [rad/s, prismatic: m/s].
     pub most: f64,
-    /// The largest difference between the changes of speed in two successive cycles.
+    /// The largest allowed difference between the changes of speed in two successive cycles [rad/s, prismatic: m/s].
     pub jerk: f64,
 }
 

@@ -12,19 +12,19 @@ use std::time::Duration;
 /// The time within which an arm with consent must move, even if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A speed a little above the speed with which the servo tests whether a joint moves [rad/s]. The servo may command more than this
-/// to a joint that does not move only for the time [`REFUSED_WITHIN`] plus the delays.
+/// A speed slightly above the speed at which the servo tests whether a joint moves [rad/s]. If a joint does not obey, the servo may
+/// command a higher speed to it for at most [`REFUSED_WITHIN`] plus the delays.
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 
 /// A measured speed below this counts as noise [rad/s].
 const STANDSTILL: f64 = 0.02;
 
-/// The time that the servo may take to measure the speed of a robot that has just come back.
+/// The time that the servo may take to measure the robot's speed after joint states or commands have resumed.
 const KNOWN_WITHIN: Duration = Duration::from_millis(50);
 
 impl Rig {
-    /// Passes the messages that the servo receives to the model of consent.
+    /// Tells the model of consent which joint states the servo has received.
     pub(super) fn observe(&mut self, arrived: &[Arrived]) {
         for state in arrived {
             for source in [Some(self.source), self.second_source].into_iter().flatten() {
@@ -185,7 +185,8 @@ impl Rig {
         Some(linear > 2.0 * tolerance.linear || angular > 2.0 * tolerance.angular)
     }
 
-    /// Checks that the arms arrive within 20 s at the goal that is certainly in force.
+    /// Checks that the arms arrive at the goal in force within 20 s. The check fails if it remains uncertain which goal is in
+    /// force.
     pub fn arrives(&mut self) {
         for _ in 0..40 {
             self.run(0.5);

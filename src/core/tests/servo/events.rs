@@ -31,8 +31,9 @@ pub enum Event {
     Twists(u32, bool, usize, usize, u64),
     /// A request of `~/pause`: whether to pause (true) or to resume (false), and its age on arrival \[ms\].
     Pause(bool, u64),
-    /// A goal that the arm reaches if its joints move by these angles \[rad\]. `None` stands for a publisher that sends only
-    /// this goal. The last numbers are how long the goal was under way and how long it has waited for its frame \[ms\].
+    /// A goal that the arm reaches if its joints move by these angles \[rad\]. The first value is the publisher as in
+    /// [`Event::Goal`]. The last two values are the time from sending to arrival, and the time for which the goal then waits for its
+    /// frame \[ms\].
     Near(Option<u32>, [f64; 4], u64, u64),
     /// This publisher streams goals. TF loses their frame for this number of cycles, while the publisher continues.
     FrameAway(u32, usize),

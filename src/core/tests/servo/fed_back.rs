@@ -1,5 +1,6 @@
 //! Rule 3: if the measured pose plus an offset is fed back as the goal, feed-forward makes the arm hardly faster than the law alone.
-//! The tests try cameras and networks of many kinds, after different streams of goals.
+//! The tests vary the rate, the delay and the noise of the measured poses. They also vary the goals that the publisher sends before the
+//! measured poses.
 
 use crate::reference::parameters;
 use crate::sim::{Random, Sim};

@@ -87,7 +87,7 @@ pub(super) struct Follow {
     pub(super) begin: Duration,
     pub(super) errors: Vec<Vector3<f64>>,
     pub(super) points: Vec<Vector3<f64>>,
-    /// The bits of all commands so far.
+    /// The bit patterns of all commanded speeds so far. Tests use them to check that two runs are exactly equal.
     pub(super) commands: Vec<u64>,
 }
 

@@ -238,7 +238,8 @@ fn a_joint_goal_replaces_a_pose_goal_and_the_other_way_round() {
     );
 }
 
-/// The tool pose is the same in both configurations, so that it says nothing about the joints.
+/// The arm has settled at one joint goal when it receives another. Both have the same tool pose, so the tool pose does not show which
+/// of the two goals the joints have reached.
 #[test]
 fn a_joint_goal_with_the_present_tool_pose_has_settled_only_when_the_joints_are_there() {
     for streams in [false, true] {

@@ -1,5 +1,5 @@
-//! Tests of a pull at the joints of an arm that takes velocities. The pull comes from a payload, or from gravity that the joints'
-//! controllers do not compensate for.
+//! Tests of an arm that takes velocity commands while an external force pulls at its joints. The force stands for a payload, or for
+//! gravity that the joints' controllers do not compensate for.
 
 use crate::reference::distance;
 use crate::rig::Rig;

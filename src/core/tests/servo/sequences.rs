@@ -99,7 +99,7 @@ pub fn first_difference(one: &[Option<Vec<f64>>], other: &[Option<Vec<f64>>]) ->
 proptest! {
     #![proptest_config(cases(150))]
 
-    /// Because another servo continues exactly, a replay can begin in any cycle.
+    /// Another servo that loads the saved state sends exactly the same commands. So a replay can begin in any cycle.
     #[test]
     fn another_servo_that_knows_what_this_one_knew_goes_on_to_the_bit(
         arm in 0..4usize,

@@ -1,5 +1,6 @@
-//! The largest latency at which each law is stable without the rest of the servo: measured, and by the formula. One test generates
-//! the table of the guide.
+//! Tests up to which latency each law is stable. The laws run alone, without the rest of the servo. The measured latency must be the one
+//! that the formula of [`largest_rate`] gives. The test also checks that the table in the guide's page on timing is up to date, and
+//! prints the rows that are missing.
 
 use crate::reference::{parameters, theta};
 use dq_algebra::UnitDualQuaternion;
@@ -10,7 +11,7 @@ use std::time::Duration;
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// The built-in arm near the goal of the reference work, under a law without the rest of the servo.
+/// The arm of the reference work (Sathuluri 2018) near the goal of that work. A law alone, without the rest of the servo, moves the arm.
 struct Loop {
     arm: Arms,
     controller: Controller,
@@ -31,7 +32,7 @@ impl Loop {
         self.controller.fastest_rates(self.arm.state(), &self.goal).into_iter().fold(0.0, f64::max)
     }
 
-    /// Returns whether a small error decays with joint states that are this many cycles old.
+    /// Returns whether a small error decays if the joint states that the law receives are `latency` cycles old.
     fn is_stable(&mut self, latency: usize) -> bool {
         let mut theta: Vec<_> =
             self.theta.iter().enumerate().map(|(i, angle)| angle + 1e-6 * (i as f64 - 2.0)).collect();
@@ -69,7 +70,7 @@ impl Loop {
     }
 }
 
-/// Returns the largest latency that the formula allows at `rate`, in cycles.
+/// Returns the largest latency \[cycles\] at which a law of rate `rate` [1/s] is stable by the formula of [`largest_rate`].
 fn by_formula(rate: f64) -> usize {
     (0..2000).take_while(|cycles| rate < largest_rate(PERIOD * *cycles, PERIOD)).count().saturating_sub(1)
 }

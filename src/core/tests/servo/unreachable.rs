@@ -1,4 +1,4 @@
-//! Rule 9: goals within the links' length that no configuration reaches.
+//! Rule 9: goals that no configuration reaches, although the arm is long enough.
 
 use crate::arms::{anywhere, servo};
 use crate::rig::Rig;

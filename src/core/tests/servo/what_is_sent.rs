@@ -1,4 +1,5 @@
-//! Tests of the output after missed cycles, and of the output with `integral` against a pull at the arm.
+//! Tests of the output after missed cycles, and of the output while an external force acts on the arm and the parameter `integral`
+//! balances the force.
 
 use crate::reference::{parameters, pose, puma, theta};
 use crate::sim::{Random, Sim};
