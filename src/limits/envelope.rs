@@ -65,11 +65,11 @@ impl Envelope {
         }
     }
 
-    /// Moves the command along the line from the last command to `velocity`, as far as each joint can change within a cycle. So a
-    /// new desired velocity makes the command neither jump nor take a detour.
+    /// Moves the command from the last command toward `velocity`, along a straight line in joint space, as far as every joint can
+    /// change its speed within a cycle. So the command neither jumps nor takes a detour when the desired velocity changes.
     ///
-    /// A single joint that can hardly accelerate could make this change take longer than a stop. Then the joints that should slow
-    /// down brake independently.
+    /// If one joint can hardly accelerate, this change may take longer than a stop. In this case, the joints that have to slow down
+    /// brake independently.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
@@ -78,19 +78,19 @@ impl Envelope {
         }
     }
 
-    /// Returns the fraction, from 0 to 1, of the change from the last command to `velocity` that every joint can make within a
-    /// cycle.
+    /// Returns the fraction of the change from the last command to `velocity` that every joint can make within a cycle, from 0 to 1.
     fn part_of_change(&self, velocity: &[f64]) -> f64 {
         let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
         parts.fold(1.0, f64::min)
     }
 
-    /// Slows the joints so that the tool keeps its speed limits. The tool may be too fast because these limits were lowered, or
-    /// because individual joints changed their speeds. This function limits the speed that the tool has after the joints'
-    /// accelerations have ended.
+    /// Slows the joints so that the tool keeps its speed limits. The tool may be too fast because the limits were lowered, or because
+    /// individual joints changed their speeds. What counts is the speed that the tool will have once the joints' accelerations have
+    /// ended.
     ///
-    /// If the tool is still too fast, no joint continues to accelerate. With limited jerk such a joint would have to slow down
-    /// again, and the tool would be too fast repeatedly.
+    /// With limited jerk, a joint continues to accelerate for a while, so the slower command may also lead to a tool speed above the
+    /// limits. In this case, all accelerations decrease as fast as the jerk limits allow. Otherwise joints would speed up and slow
+    /// down again and again, and the tool would be too fast each time.
     fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         if self.slow_at_rest(joints.limits, arms, velocity) || !joints.braking.limits_jerk() {
             return;
@@ -101,12 +101,12 @@ impl Envelope {
         }
     }
 
-    /// Slows the joints if the tool would be too fast after the joints' accelerations have ended. Returns true if the tool keeps its
-    /// limits without this.
+    /// Slows the joints if the tool would exceed its speed limits once the joints' accelerations have ended. Returns true if the
+    /// joints need not slow down.
     ///
-    /// Either each joint slows down as far as it can, or all joints slow down along one line in joint space. The command that makes
-    /// the tool slower is chosen. Joints that slow down independently may make the tool faster, because their motions no longer
-    /// cancel each other. Along the line, a weak joint delays the others.
+    /// Computes two commands, and chooses the one with the slower tool. In the first, each joint slows down independently. This may
+    /// make the tool faster, because the joints' motions no longer cancel each other. In the second, all joints slow down along one
+    /// line in joint space. There, the joint with the lowest acceleration delays the others.
     fn slow_at_rest(&mut self, limits: &Limits, arms: &Arms, velocity: &mut [f64]) -> bool {
         let factor = self.share_at_rest(limits, arms, velocity);
         if factor >= 1.0 {

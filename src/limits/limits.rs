@@ -34,8 +34,10 @@ pub const JOINT_SPEEDS: RangeInclusive<f64> = POSITIVE..=1e4;
 /// The range of joint jerk limits [rad/s³, prismatic: m/s³].
 pub const JOINT_JERKS: RangeInclusive<f64> = POSITIVE..=1e6;
 
-/// The limits that commands never exceed. In a servo, each list has one number per joint of all arms. When the limits are read from
-/// the parameters of one arm, each list has numbers for that arm only, and may be shorter.
+/// The limits that commands never exceed.
+///
+/// In a servo, each list has one number per joint, arm after arm. Lists that come straight from the parameters may be shorter: some
+/// may be empty, the jerk limits may be one number for all joints, and one list may serve two arms that have equally many joints.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 #[parameters(prefix = "limits.")]
 pub struct Limits {

@@ -41,7 +41,7 @@ impl From<Named> for f64 {
 }
 
 figures! {
-    /// Time since the motion began \[s\]. The other times count from there, too.
+    /// Time since the motion began \[s\]. The other figures that are times are also measured from the beginning of the motion.
     elapsed: f64 = "elapsed_s",
     /// The time from which the angle to the goal stays within 2 % of its initial value, or within the goal tolerance if that is
     /// larger \[s\]; `None` while the angle is larger than both.
@@ -63,8 +63,8 @@ figures! {
     rotation_error: f64 = "rotation_error_rad",
     /// Largest joint speed commanded [rad/s, prismatic: m/s].
     peak_joint_speed: f64 = "peak_joint_speed_rad_s",
-    /// How far the tool went past the goal \[m\]. It is measured along the line to the goal from the tool's position at the time
-    /// when the goal last moved or, if the goal never moved, when the motion began.
+    /// How far the tool went past the goal \[m\], measured along a line that ends at the goal. The line begins at the tool's position
+    /// when the goal last moved. If the goal never moved, the line begins at the tool's position at the start of the motion.
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",

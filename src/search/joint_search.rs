@@ -23,11 +23,13 @@ const STEPS: u32 = 60;
 /// Largest step of a joint \[rad, prismatic: m\]. The linearization is good enough for a step up to this size.
 const LONGEST_STEP: f64 = 0.5;
 
-/// The λ of the [damped inverse](Damping) is about this fraction of the error; [`DAMPINGS`] has its bounds. The inverse damps below
-/// the singular value σ₀, which equals λ.
+/// The ratio of λ, the damping of the [damped inverse](Damping), to the error. The constant [`DAMPINGS`] bounds λ.
+///
+/// The inverse is damped only if its smallest singular value is below λ: the [threshold](Damping::threshold) σ₀ equals λ.
 const DAMPING: f64 = 0.3;
 
-/// The bounds of λ in the [damped inverse](Damping): `λ = min(DAMPING · error, first number) + second number`.
+/// The bounds of λ, the damping of the [damped inverse](Damping): `λ = min(DAMPING · error, first number) + second number`. So λ lies
+/// between the second number and the sum of both.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
 /// The fraction of the goal tolerance within which the search counts the goal as reached. It is less than 1, so that the law

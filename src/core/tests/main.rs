@@ -1,4 +1,4 @@
-//! The servo in fake time, on every kind of arm.
+//! Tests of the servo with every kind of arm. The tests simulate the time, so that they do not wait.
 
 #[path = "../../kinematics/tests/aims.rs"]
 mod aims;

@@ -415,8 +415,9 @@ impl Opinion {
         self.rival_of_commands = rival;
     }
 
-    /// Takes a joint state of the publisher `source`, measured at `measured` and received at `now`. Returns whether the robot may
-    /// have been away before this joint state.
+    /// Takes a joint state of the publisher `source`, measured at `measured` and received at `now`. Returns whether, before this joint
+    /// state, the arm may have been without joint states for longer than `rearm_timeout`. Returns false while the arm has two
+    /// publishers.
     pub fn state(
         &mut self,
         arm: usize,

@@ -103,7 +103,7 @@ pub struct Rig {
     shown: Vec<f64>,
     /// The positions in the last joint states \[rad\].
     seen: Vec<f64>,
-    /// When the robot last came back after an interruption of its joint states or of the commands.
+    /// When joint states or commands last resumed after an interruption.
     came: Duration,
     /// The last output that was not `None`.
     last_sent: Vec<f64>,
@@ -116,7 +116,8 @@ pub struct Rig {
     pub restored_each: u32,
     /// The output of each cycle, if the test wants it.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
-    /// The parameters from which [`restore`](Self::restore) builds another servo. Its settings are those of the present servo.
+    /// The parameters from which [`restore`](Self::restore) builds another servo. `restore` replaces the settings in these parameters
+    /// by the settings of the present servo.
     parameters: ServoParameters,
     period: Duration,
     cycles: u32,
@@ -124,7 +125,7 @@ pub struct Rig {
     states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
     next_state: Duration,
     outputs: Outputs,
-    /// The largest deceleration of each joint so far [rad/s²].
+    /// The largest deceleration limit of each joint that was ever in force [rad/s²].
     steepest: Vec<f64>,
     /// Measures the gaps between the arms and their obstacles.
     gaps: Option<Gaps>,
@@ -698,9 +699,9 @@ impl Rig {
     }
 }
 
-/// Returns the limits that the commands must keep. For each joint, `steepest` stores the largest deceleration that was ever in force
-/// [rad/s²]; this function updates it. `is_held` says whether the parameter `integral` is on or was on. If it is true, joints may
-/// also accelerate at `steepest`.
+/// Returns the limits that the commands must keep. Also updates `steepest`, the largest deceleration limit of each joint that was ever
+/// in force [rad/s²]. `is_held` says whether the parameter `integral` is on or was on. If it is true, joints may also accelerate at
+/// `steepest`.
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {
@@ -724,7 +725,7 @@ pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
     GoalReading { position: t.into(), orientation_xyzw, frame_id: "", stamp, waited, sent: Sent::default() }
 }
 
-/// Returns joint angles of the reference work by their names \[rad\].
+/// Returns the joint angles that the reference work (Sathuluri 2018) calls by these names \[rad\].
 fn starts(names: &[&str]) -> Vec<Vec<f64>> {
     names.iter().map(|name| theta(name)).collect()
 }

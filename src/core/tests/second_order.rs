@@ -1,4 +1,4 @@
-//! The cycle with logc_pd, a law with a memory.
+//! Tests of the servo with logc_pd, a law whose velocity also depends on the previous cycles.
 
 use crate::reference::settings;
 use crate::rig::Rig;

@@ -199,8 +199,8 @@ impl Invariants {
         Ok(())
     }
 
-    /// Checks under a jerk limit that joint number `joint` may change its speed from `before` to `speed`. `change` has this change
-    /// of speed and the previous one.
+    /// Checks whether joint number `joint`, which has a jerk limit, may change its speed from `before` to `speed` [rad/s, prismatic:
+    /// m/s]. `change` contains this change of speed and the previous one.
     fn check_jerk(
         &self,
         joint: usize,

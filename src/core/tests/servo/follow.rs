@@ -80,7 +80,8 @@ pub(super) struct Stream {
     pub(super) seed: u64,
 }
 
-/// The tool's motion: in each cycle, its offset from the goal and its position \[m\].
+/// A rig for goals that move, with a record of the tool's motion. For each cycle, the record contains the tool's offset from the goal
+/// and the tool's position \[m\].
 pub(super) struct Follow {
     pub(super) rig: Rig,
     pub(super) start: UnitDualQuaternion,

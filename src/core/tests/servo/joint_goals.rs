@@ -143,7 +143,8 @@ fn a_joint_goal_that_is_impossible_is_rejected_with_its_reason_and_the_last_goal
     }
 }
 
-/// The rules of goals are tested with poses, and in random sequences with both kinds. Here, each rule ends one joint goal.
+/// Other tests check the rules for goals with pose goals, and with random sequences of pose goals and joint goals. This test checks
+/// each rule once with a joint goal.
 #[test]
 fn every_rule_of_goals_holds_for_joint_goals() {
     let mut rig = underway();

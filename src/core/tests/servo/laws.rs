@@ -1,4 +1,4 @@
-//! The laws arrive, and behave as the reference work says.
+//! Tests that each law reaches its goal, and that the laws behave as the reference work (Sathuluri 2018) says.
 
 use crate::reference::pose;
 use crate::rig::Rig;

@@ -1,5 +1,6 @@
-//! Tests of goals that move: the tool's lag and noise, with and without feed-forward of the goal's motion. One test generates the
-//! table of the guide. Other tests check that a stream does not make the arm overshoot at its end, or fling the arm when it jumps.
+//! Tests of goals that move: the tool's lag and noise, with and without feed-forward of the goal's motion. One test checks the table in
+//! the guide's page on moving goals, and prints the rows that are missing. Other tests check that the arm does not overshoot when a
+//! stream of goals ends, and is not flung when a goal jumps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
 use crate::rig::{PERIOD, reading};
@@ -27,8 +28,8 @@ fn median(mut numbers: Vec<f64>) -> [f64; 3] {
     [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]
 }
 
-/// Returns four figures, each with its bounds: the lag \[mm\] without and with feed-forward of the goal's motion, and the noise
-/// [mm/s] without and with feed-forward.
+/// Returns four figures, each with its bounds as [`median`] returns them: the tool's lag \[mm\] without and with feed-forward of the
+/// goal's motion, and the noise of the tool's velocity [mm/s] without and with feed-forward.
 fn figures(arm: &(ServoParameters, Vec<f64>), stream: &Stream) -> [[f64; 3]; 4] {
     let mut figures = [[0.0; 3]; 4];
     for (i, feed_forward) in [false, true].into_iter().enumerate() {

@@ -46,8 +46,8 @@ fn apply_all(mut rig: Rig, events: Vec<Event>, jerk: f64) {
     assert_eq!(rig.servo.replaced().last, None);
 }
 
-/// Returns the paper's arm, a UR5e (six joints, standard rows) and a Panda (seven joints, modified rows). Each arm is in a
-/// configuration from which it can move.
+/// Returns the paper's arm, a UR5e (six joints, standard DH parameters) and a Panda (seven joints, modified DH parameters). Each arm is
+/// in a configuration from which it can move.
 pub fn arms() -> [Rig; 3] {
     let [ur5e, panda] = ["ur5e", "panda"].map(|name| Chain::for_arm(name).unwrap());
     [

@@ -18,7 +18,7 @@ fn arm(random: &mut Random, jerk: f64, acceleration: f64) -> Sim {
     Sim::new(&parameters, FREE.to_vec())
 }
 
-/// Returns how long the tool exceeds its speed limits after these were lowered \[s\].
+/// Returns the time for which the tool exceeds its speed limits after the limits were lowered \[s\].
 fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     let mut random = Random::new(seed);
     let acceleration = random.pick(&[50.0, 10.0, 3.0]);
@@ -62,7 +62,8 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     last
 }
 
-/// Returns the seeds at which the tool is too fast for longer than `longest` \[s\], each with its jerk limit [rad/s³] and this time.
+/// Returns the seeds at which the tool is too fast for longer than `longest` \[s\]. With each seed, returns the jerk limit [rad/s³] and
+/// the time for which the tool is too fast \[s\].
 fn too_late(seeds: u64, longest: f64, jerk: impl Fn(u64) -> f64) -> Vec<(u64, f64, f64)> {
     let all = (0..seeds).map(|seed| (seed, jerk(seed), too_fast_for(seed, jerk(seed))));
     all.filter(|(.., seconds)| *seconds > longest).collect()
