@@ -114,8 +114,8 @@ impl Limits {
         self.joint_jerk[joint].max(largest / RAMP_TIME)
     }
 
-    /// Returns the factor, at most 1, with which the motion must be scaled so that the fastest tool, at speed `tool`, keeps its
-    /// limits.
+    /// Returns the factor, at most 1, by which the motion must be scaled so that the tools keep their speed limits. `tool` is the speed
+    /// of the fastest tool.
     pub fn tool_share(&self, tool: &ToolSpeed) -> f64 {
         ratio(self.angular_speed, tool.angular).min(ratio(self.linear_speed, tool.linear))
     }

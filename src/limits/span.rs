@@ -16,7 +16,8 @@ pub struct Span {
     jerk: f64,
     /// The range of speeds from which the joint stops before its position limits [rad/s, prismatic: m/s].
     positions: (f64, f64),
-    /// The range of speeds that the joint may reach in later cycles [rad/s, prismatic: m/s].
+    /// The range of speeds that are within the velocity limit and from which the joint stops before its position limits [rad/s,
+    /// prismatic: m/s]. A joint whose speed is outside this range slows down into the range.
     pub range: (f64, f64),
     /// The range of the joint's next command [rad/s, prismatic: m/s].
     pub(crate) next: (f64, f64),
@@ -93,8 +94,8 @@ impl Span {
         self.hold(along)
     }
 
-    /// Returns the speed nearest to `wanted` between the last speed and 0. Returns `None` if that is the last speed: then the joint
-    /// need not slow down.
+    /// Returns the speed between the last speed and 0 that is nearest to `wanted`; `None` if the nearest speed is the last speed,
+    /// because the joint then need not slow down.
     pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));
@@ -107,7 +108,8 @@ impl Span {
         self.hold(self.pace.speed + step)
     }
 
-    /// Returns the speed at which the joint ends if its next command is `speed` and its acceleration then decreases to 0.
+    /// Returns the joint's final speed if its next command is `speed` and its acceleration then decreases to 0 [rad/s, prismatic:
+    /// m/s].
     pub(crate) fn rest(&self, speed: f64) -> f64 {
         Pace { speed, step: speed - self.pace.speed }.rest(self.jerk)
     }

@@ -1,7 +1,8 @@
 //! Measures the figures of a motion: numbers such as its settling time. The project defines each figure only here.
 //!
-//! Sample k is taken at the time t_k. It has the error e_k, the tool's position p_k and the joint velocities θ̇_k. The last sample
-//! is n, and g is the goal's position.
+//! Sample k is taken at the time t_k. It has the error e_k, the tool's position p_k and the joint velocities θ̇_k. The first sample
+//! is number 0, and the last is number n. The goal's position is g. The point s is the tool's position when the goal last moved, or
+//! p_0 if the goal never moved.
 //!
 //! | figure | formula |
 //! |---|---|
@@ -9,8 +10,8 @@
 //! | path length | `Σ \|p_k − p_{k−1}\|` |
 //! | straight line | `\|p_n − p_0\|` |
 //! | path ratio | path length / straight line |
-//! | overshoot | `max_k (p_k − g)·(g − p_0)/\|g − p_0\|`, not below 0 |
-//! | effort | `Σ \|θ̇_{k−1}\|² (t_k − t_{k−1})` for commands that are held; the trapezoidal rule for continuous velocities |
+//! | overshoot | `max_k (p_k − g)·(g − s)/\|g − s\|` with g and s at the time t_k, not below 0 |
+//! | effort | `Σ \|θ̇_{k−1}\|² (t_k − t_{k−1})` for velocities that are constant between samples; the trapezoidal rule for continuous velocities |
 //! | peak joint speed | `max_k max_i \|θ̇_{k,i}\|` |
 
 use crate::{Figures, GoalError, Tolerance};

@@ -85,7 +85,7 @@ pub struct Search {
 /// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found<'a> {
-    /// The time at which the servo asked the question, by the clock of the cycles.
+    /// The time of the cycle in which the servo asked the question.
     pub asked: Duration,
     /// The number of starts that the search has tried.
     pub starts: u32,

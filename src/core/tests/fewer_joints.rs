@@ -73,8 +73,9 @@ fn described(description: &str, start: Vec<f64>) -> Arm {
     (Rig::of(parameters, start), chain)
 }
 
-/// Moves the joints by the displacements `by`, one per joint, and back, to goals of the task `aim`. The goals are rotated by angles
-/// that the task leaves free.
+/// Moves the arm to a goal and back to its start, and checks that it arrives at both. At the goal, each joint is displaced from the
+/// start by its number in `by` \[rad, prismatic: m\]. Both poses are rotated by an angle that the task `aim` leaves free, so the joints
+/// may end elsewhere.
 fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
     rig.change(|settings| (settings.controller.aim, settings.controller.law) = (aim, law));
     let start = rig.positions();

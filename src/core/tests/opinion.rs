@@ -3,8 +3,8 @@
 //!
 //! A request is *pushed* when its publisher sends the first message after a silence. Later messages continue the same request.
 //!
-//! The page leaves some facts open for a short time: by one cycle, by the age of a joint state, or by the 50 ms of a jump. Each
-//! time is therefore a [`Span`], and each conclusion a [`Truth`].
+//! The page does not fix some times exactly. Such a time may differ by one cycle, by the age of a joint state, or by 50 ms if a joint
+//! has jumped. Each time is therefore a [`Span`], and each conclusion a [`Truth`].
 
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalReading, STREAM, Sent, Settings, TwistReading};
@@ -60,7 +60,7 @@ impl Span {
         Truth::between(self.least > other.most, self.most >= other.least)
     }
 
-    /// Returns the later of two times.
+    /// Returns the bounds of the later of two times.
     fn later(self, other: Self) -> Self {
         Self { least: self.least.max(other.least), most: self.most.max(other.most) }
     }

@@ -14,8 +14,9 @@ use std::time::Duration;
 /// Number of tasks per arm.
 const TASKS: usize = 60;
 
-/// Searches for joint positions that give the tool the same pose as the positions `there`. The search begins at the positions `here`
-/// and tries `starts` starts. Checks that the result gives the tool this pose and is within the limits.
+/// Searches for joint positions at which the tool has the same pose as at the positions `there`. The search begins at the positions
+/// `here` and tries `starts` starts. Returns the positions found, after checking their tool pose and the position limits; `None` if
+/// the search finds none.
 fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) -> Option<Vec<f64>> {
     let ServoParameters { arms, settings, .. } = parameters;
     let mut arms = arms.clone();

@@ -17,7 +17,8 @@ pub type Step<'a> = (Option<&'a [f64]>, &'a [f64]);
 pub struct Sent {
     invariants: Invariants,
     period: Duration,
-    /// The number of cycles, which serves as the clock of the checks. So a late cycle may not change the speed more than any other.
+    /// The number of cycles so far. The checks take it as their clock, so that a late cycle may not change the speed more than a cycle
+    /// on time.
     cycles: u32,
     last: Option<Duration>,
 }

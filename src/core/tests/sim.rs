@@ -1,5 +1,5 @@
-//! A servo and its robot in fake time, independent of `rig`. The robot may have a lag, delays, and faults of wires and encoders,
-//! and hands may push it. This simulation checks no invariant.
+//! A servo and its robot in simulated time, independent of `rig`. The robot may have a lag, delays, and faults of wires and encoders.
+//! External forces may act on it. This simulation checks no invariant.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
@@ -43,7 +43,8 @@ impl Random {
     }
 }
 
-/// A function that changes the numbers of the joints. Its first argument is the time \[s\].
+/// A function that changes one value per joint, such as the commands or the measured positions. Its arguments are the time \[s\] and
+/// the values.
 type Change = Box<dyn FnMut(f64, &mut [f64])>;
 
 pub struct Sim {

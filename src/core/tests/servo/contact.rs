@@ -35,7 +35,7 @@ struct World {
     delay: usize,
     under_way: VecDeque<(Vec<f64>, f64)>,
     start: UnitDualQuaternion,
-    /// The factor of the force that the sensor reports: −1 for an inverted sensor.
+    /// The factor by which the sensor multiplies the force that it reports: −1 for an inverted sensor.
     sign: f64,
     /// Whether the sensor reports nothing.
     silent: bool,
@@ -89,7 +89,7 @@ impl World {
         }
     }
 
-    /// Runs one cycle with these further events.
+    /// Runs one cycle. The servo also receives the events `more`.
     fn cycle(&mut self, more: Vec<Event>) {
         self.now += PERIOD;
         self.force = self.stiffness * self.depth().max(0.0);

@@ -68,7 +68,7 @@ pub enum Event {
     Changes(u32),
     /// The delays of commands and of joint states \[ms\].
     Delay(u64, u64),
-    /// A new value of a limit: of the joint with this index or, if the arm has no such joint, of all joints.
+    /// A new value of a limit. A joint limit changes for the joint with this index or, if the arm has no such joint, for all joints.
     Limit(Limit, usize, f64),
     ProgressTimeout(f64),
     /// The value of `reconfigure`, and how long a search takes \[ms\].
@@ -190,8 +190,8 @@ pub fn gentle_event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Returns gentle events and others. Under some of the others, no servo can keep the position limits, because it misses cycles or
-/// cannot know the arm's position.
+/// Returns the events of [`gentle_event`], and events after which a servo cannot always keep the position limits, because it misses
+/// cycles or does not know the arm's position.
 pub fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
         15 => gentle_event(),
@@ -244,7 +244,8 @@ fn attack() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Returns a request, an event, a second request, and the time after it. The second request may have been sent before the event.
+/// Returns a sequence of five events: a goal, some cycles, any event, a second request, and some cycles. The second request may have
+/// been sent before the event in the middle.
 fn interruption() -> impl Strategy<Value = Vec<Event>> {
     let turns = || prop::array::uniform4(-0.4..0.4f64);
     let between = prop_oneof![

@@ -148,8 +148,8 @@ impl Follow {
         }
     }
 
-    /// Runs `cycles` cycles. Every `every` cycles it sends a goal with a stamp, both made by the function `goal` from the start
-    /// pose and the number of the cycle.
+    /// Runs `cycles` cycles, and sends a goal every `every` cycles. The function `goal` returns the goal and its stamp for the start
+    /// pose of the tool and the number of the cycle.
     pub(super) fn goals(
         arm: &(ServoParameters, Vec<f64>),
         feed_forward: bool,

@@ -6,7 +6,7 @@ use dq_core::servo::State;
 use dq_kinematics::control::{AngularLinear, ControlLaw, PoseError, ToolMotion, register};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A law that counts its motions. Its memory contains the time since the motion began, and makes the law faster with this time.
+/// A law that counts its motions. Its memory is the time since the motion began. The velocity of the law grows with this time.
 struct Counting {
     motions: AtomicU32,
 }

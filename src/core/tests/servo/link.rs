@@ -1,4 +1,5 @@
-//! Tests of the connection to the robot: whose joint states count, a robot that was away, and a robot that does not follow.
+//! Tests of the connection to the robot: which publisher's joint states count, joint states that are interrupted, and a robot that does
+//! not follow.
 
 use crate::rig::{PERIOD, Rig, state_of};
 use dq_core::servo::{Contended, JointReading, Reason, Revocation, State};

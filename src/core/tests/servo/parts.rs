@@ -3,7 +3,8 @@
 use crate::rig::{Rig, state_of};
 use dq_core::servo::{Rejection, State, StateError};
 
-/// Sends the servo the joints from `first` up to, but not including, `end`, as the publisher `source`.
+/// Sends the servo a joint state of the publisher `source`. The joint state contains the joints from `first` up to, but not including,
+/// `end`, counted from 0.
 fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool, Rejection> {
     let names = rig.names[first..end].to_vec();
     let positions = rig.positions()[first..end].to_vec();

@@ -11,8 +11,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::time::Duration;
 
-/// Returns a configuration that runs `quick` random sequences, the same in each run. If the environment variable `PROPTEST_CASES` is
-/// set, the configuration runs that number of new random sequences instead.
+/// Returns the configuration of a property test: `quick` random sequences, the same in each run. If the environment variable
+/// `PROPTEST_CASES` is set, the test runs that number of random sequences, different ones in each run.
 fn cases(quick: u32) -> ProptestConfig {
     let config = ProptestConfig::default();
     match std::env::var_os("PROPTEST_CASES") {
