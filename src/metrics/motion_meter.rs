@@ -32,7 +32,7 @@ pub struct Settling {
 
 impl Settling {
     /// Creates the measurement. The error counts as settled while it is at most 2 % of `reference`, or at most `tolerance` if that
-    /// is larger. `reference` is the initial error or, for a quantity that approaches a final value, this value.
+    /// is larger. `reference` is the initial error or, for a quantity that approaches a final value, the final value.
     pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
             band: (SETTLING_BAND * reference.abs()).max(tolerance),

@@ -145,7 +145,7 @@ pub struct Opinion {
     rival_of_commands: bool,
     /// Until this time, it is not certain that a request moves the arm.
     doubtful: Duration,
-    /// Since when the robot has not moved although it must.
+    /// The time since which the robot has not moved although it must; `None` if it moves or need not move.
     refuses: Option<Duration>,
     cycled: Duration,
     /// The largest velocity limits that were ever in force.
@@ -177,8 +177,8 @@ impl Opinion {
         self.settings.rearm_timeout.max(STREAM)
     }
 
-    /// Returns the duration of two cycles, by which the measured time between two events may be wrong. Each event may get the time of
-    /// the cycle before it or of the cycle after it.
+    /// Returns the largest error of a measured time between two events: the duration of two cycles. The error arises because each event
+    /// gets the time of the cycle before it or of the cycle after it.
     fn slack(&self) -> Duration {
         2 * self.period
     }

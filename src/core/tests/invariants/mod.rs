@@ -54,8 +54,8 @@ impl Invariants {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Applies other limits, after a change of parameters. A joint above a lowered limit may slow down to the limit at its
-    /// deceleration.
+    /// Applies other limits, after a change of parameters. A joint that is faster than a lowered velocity limit may slow down to the
+    /// limit at its deceleration limit.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();
@@ -97,8 +97,8 @@ impl Invariants {
         result
     }
 
-    /// Checks `tool`, the speed of the fastest tool for the last command at the present positions. Arms that must stand are not
-    /// checked.
+    /// Checks the speed limits of the tools. `tool` is the speed of the fastest tool under the last command, at the present joint
+    /// positions. Does not check them while the arms must stand, nor in the second after a stop or a change of limits.
     ///
     /// # Errors
     /// [`Violation::ToolSpeed`] if a tool is too fast.

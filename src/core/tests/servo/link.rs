@@ -12,8 +12,8 @@ fn in_motion() -> Rig {
     rig
 }
 
-/// Checks that the arm stands for a second. Then calls `want`, and checks that the arm settles at its goal in a new motion. The
-/// figures of the new motion must include nothing of the old motion.
+/// Checks that the arm stands after a second. Then calls `want`, which requests a motion, and checks that the arm settles at its goal
+/// in a new motion. The figures of the new motion must include nothing of the old motion.
 fn stands_until(rig: &mut Rig, want: impl FnOnce(&mut Rig)) {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));

@@ -13,8 +13,9 @@ fn found(seconds: f64) -> GoalReading<'static> {
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }
 }
 
-/// Sends a goal that waits for its frame, runs `what` 0.5 s later, and gives the goal its frame 1.5 s after that. Returns the reason
-/// why the servo then rejects the goal. Checks that the arm moves to a goal that arrived after `what`.
+/// Simulates a goal that waits 2 s for its frame. The event `what` happens after the first 0.5 s. When the goal has its frame, the
+/// servo must reject the goal. Returns the reason for the rejection. Also checks that the arm moves to a goal that arrived after
+/// `what`.
 fn refusal(rig: &mut Rig, what: impl FnOnce(&mut Rig)) -> Rejection {
     let came = rig.now;
     rig.run(0.5);
