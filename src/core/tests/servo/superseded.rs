@@ -13,7 +13,7 @@ fn found(seconds: f64) -> GoalReading<'static> {
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }
 }
 
-/// Simulates a goal that waits 2 s for its frame. The event `what` happens after the first 0.5 s. When the goal has its frame, the
+/// Simulates a goal that waits at least 2 s for its frame. The event `what` happens after 0.5 s. When the goal has its frame, the
 /// servo must reject the goal. Returns the reason for the rejection. Also checks that the arm moves to a goal that arrived after
 /// `what`.
 fn refusal(rig: &mut Rig, what: impl FnOnce(&mut Rig)) -> Rejection {
