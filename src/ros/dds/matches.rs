@@ -55,7 +55,7 @@ pub(super) struct State {
     pub own: HashMap<GUID, OwnEndpoint>,
     /// The matched pairs.
     pub pairs: HashSet<Pair>,
-    /// The pairs with incompatible QoS. The warning is `None` until it was logged.
+    /// The pairs with incompatible QoS. The value is the warning about the pair; `None` until the warning has been logged.
     pub incompatible: HashMap<Pair, Option<String>>,
     /// Our readers that can switch to best effort. The value is a publisher that requires this switch; `None` until there is one.
     pub adapting: HashMap<GUID, Option<GUID>>,

@@ -50,7 +50,7 @@ pub(crate) struct Peer {
     pub warn: Warn,
 }
 
-/// The lost participants.
+/// The participants that are lost, that is, that were not heard for the duration of their lease.
 pub(crate) struct Lost {
     domain: u16,
     on_loopback: bool,

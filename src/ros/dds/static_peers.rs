@@ -55,7 +55,7 @@ struct Peers {
     hosts: BTreeSet<IpAddr>,
     /// The addresses on which participants on these hosts receive data.
     participants: BTreeSet<SocketAddr>,
-    /// The last announcement of our participant.
+    /// The latest announcement of our participant.
     announcement: Option<Vec<u8>>,
 }
 

@@ -200,7 +200,7 @@ impl<M: Message> OwnTopic<M> {
 pub struct Newest<M> {
     /// The newest message, if any.
     pub message: Option<M>,
-    /// The number of messages that could be decoded.
+    /// The number of taken messages that could be decoded.
     pub count: u64,
     /// The reasons why some messages could not be decoded.
     pub malformed: Vec<String>,

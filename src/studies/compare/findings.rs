@@ -49,7 +49,7 @@ impl Findings {
     /// Computes the findings of a study from its runs and from the runs of other programs.
     ///
     /// # Errors
-    /// The first error of a simulated run with older joint states. In practice, no simulated run fails.
+    /// The first error of a simulated run. In practice, no simulated run fails.
     pub fn new(study: &Study, summary: &Summary, peers: &Peers) -> Result<Self, CompareError> {
         Ok(Self {
             tasks: study.tasks,
@@ -121,7 +121,8 @@ impl Findings {
         gains.all(Gain::is_matched)
     }
 
-    /// Returns how old joint states may be for a law; `None` if the findings do not have this law.
+    /// Returns how old joint states may be for a law, with or without the servo's `limits`. Returns `None` if the findings do not
+    /// have this law.
     pub fn ageing(&self, law: &str, limits: bool) -> Option<&Ageing> {
         self.ageing.iter().find(|ageing| ageing.law == law && ageing.limits == limits)
     }

@@ -1,6 +1,6 @@
 //! Compares the laws on many arms, tasks and plants, with gains that make them comparable.
 //!
-//! The command `dq_servo compare` runs this module. The page [`what_the_laws_do`] shows the results of its last long run.
+//! The command `dq_servo compare` runs this module. The page [`what_the_laws_do`] shows the results of the command's latest long run.
 
 mod arm;
 mod closed_loop;

@@ -89,7 +89,7 @@ pub fn sign_test(a: usize, b: usize) -> f64 {
     Binomial::new(0.5, (a + b) as u64).map_or(1.0, |tosses| (2.0 * tosses.cdf(a.min(b) as u64)).min(1.0))
 }
 
-/// Adjusts the probabilities `p` of several tests for all of these tests together (Holm 1979).
+/// Returns the probabilities `p` of several tests, corrected for the number of tests (Holm 1979).
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<_> = (0..p.len()).collect();
     order.sort_by(|i, j| p[*i].total_cmp(&p[*j]));

@@ -1,5 +1,5 @@
-//! The runs of other programs under the arms' limits, for a comparison with the runs of a law. In the law's runs, the servo
-//! parameter that is compared (`Switch`) has the second of its two values.
+//! Compares the runs of other programs under the arms' limits with the runs of a law. `Switch` runs a law with two values of a servo
+//! parameter. This module uses the law's runs with the second value.
 
 use super::paired::{End, Paired};
 use super::record::Record;

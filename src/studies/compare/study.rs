@@ -132,7 +132,7 @@ impl Study {
         writer.flush().map_err(error)
     }
 
-    /// Returns the line of a task.
+    /// Returns the line that [`write_tasks`](Self::write_tasks) writes for a task.
     pub(super) fn task_line(&self, arm: &Arm, number: u32) -> Result<String, CompareError> {
         let task = arm.task(self.seed, number)?;
         let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
@@ -174,7 +174,7 @@ impl Study {
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
     }
 
-    /// Simulates one run of each cell, that is, of each law under each of the conditions.
+    /// Simulates one run of each cell, that is, of each law on each arm under each of the conditions.
     ///
     /// # Errors
     /// The first error of a simulated run. In practice, no simulated run fails.

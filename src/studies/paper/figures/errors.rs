@@ -9,8 +9,8 @@ use dq_figures::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time
 use dq_kinematics::control::{Aim, Controller, Map};
 use nalgebra::Vector6;
 
-/// The ranges of the vertical axes of the paper's error plots in figures 1, 3 and 4: from the negative of each number to the
-/// number.
+/// The upper ends of the vertical axes of the paper's error plots in figures 1, 3 and 4. The lower ends are the negatives of these
+/// numbers.
 const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 
 /// The length of the initial part of diffc's motion, which has its own time axis \[s\].
