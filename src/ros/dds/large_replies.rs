@@ -57,7 +57,8 @@ pub(crate) struct Addressee {
 
 /// Writes the replies of one service, which are bytes in CDR.
 pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
-    /// The writer, and the number of its last sample. Nobody else uses the writer, and RustDDS counts samples from 1.
+    /// The writer, and the sequence number of its latest sample. This module counts the samples itself, because nobody else uses the
+    /// writer. RustDDS numbers the samples from 1.
     writer: Mutex<(DataWriterCdr<R>, SequenceNumber)>,
     /// The name of the reply topic.
     topic: String,

@@ -17,7 +17,7 @@ const QUIET: Duration = Duration::from_millis(200);
 /// How long to wait for a peer's name before a warning is logged without the name.
 const INTRODUCTION: Duration = Duration::from_secs(1);
 
-/// Names the owners of endpoints.
+/// Finds the owner of an endpoint, that is, the node that created it.
 pub(crate) trait Owners: Send + Sync {
     /// Returns whether the endpoint's owner is known.
     fn knows(&self, endpoint: GUID) -> bool;
@@ -69,7 +69,7 @@ pub(super) struct State {
 }
 
 impl Matches {
-    /// Creates an empty state. `owners` names the owners of endpoints.
+    /// Creates an empty state. `owners` finds the owners of endpoints, for warnings.
     pub fn new(owners: Arc<dyn Owners>) -> Self {
         Self { state: Arc::default(), changed: Arc::default(), owners }
     }
@@ -134,7 +134,7 @@ impl Matches {
         }
     }
 
-    /// Waits up to 50 ms for a change.
+    /// Waits until a match or an endpoint changes, at most 50 ms.
     pub async fn change(&self) {
         let change = self.changed.notified();
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;

@@ -5,8 +5,8 @@
 //! RustDDS always stores `max_samples` samples. Delete this module when a writer respects its history depth and drops readers that
 //! do not acknowledge.
 //!
-//! RustDDS also stores samples for the readers of a participant. For each topic, their number is the largest `max_samples` of the
-//! participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
+//! RustDDS also stores received samples for the readers of a participant. For each topic, it stores as many samples as the largest
+//! `max_samples` of the participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
 //! their size (`dds_cache.rs`).
 
 use rustdds::policy::ResourceLimits;

@@ -257,8 +257,8 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// In a secured graph, a reply of more than one packet does not reach the client. The full list of the servo for one arm is
-    /// longer. So the reply has the prefix `contact` in place of the names of the contact parameters.
+    /// In a secured graph, a reply of more than one packet does not reach the client. The full list of the servo's parameters does
+    /// not fit into one packet. So the reply has the prefix `contact` in place of the names of the contact parameters.
     #[test]
     fn the_list_of_every_node_fits_into_one_packet() {
         for (node, declarations) in nodes().unwrap() {

@@ -20,7 +20,7 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// A message in the [`Arc`] in which the caller passed it.
+/// A message that is shared with the caller of the publisher. It is serialized like the message itself.
 struct Shared<M>(Arc<M>);
 
 impl<M: Serialize> Serialize for Shared<M> {

@@ -39,7 +39,7 @@ pub struct Findings {
     pub peers: Vec<Peer>,
     /// How old joint states may be for each law.
     pub ageing: Vec<Ageing>,
-    /// The time of a step, for each law.
+    /// The computation time of one step of each law.
     pub step_times: Vec<StepTime>,
     /// One run of each cell. A later version of this program can compare its results with these runs.
     pub samples: Vec<Record>,
@@ -127,7 +127,7 @@ impl Findings {
         self.ageing.iter().find(|ageing| ageing.law == law && ageing.limits == limits)
     }
 
-    /// Returns the median time of a step \[ns\]; `None` if it was not measured.
+    /// Returns the median computation time of one step of a law \[ns\]; `None` if it was not measured.
     pub fn step_ns(&self, law: &str) -> Option<f64> {
         self.step_times.iter().find(|time| time.law == law).map(|time| time.ns[0])
     }

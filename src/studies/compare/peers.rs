@@ -64,7 +64,7 @@ impl Peers {
         Ok(peers)
     }
 
-    /// Adds a run. Returns the key of its cell for all arms together.
+    /// Adds a run to its program's cell for all arms together. Returns the key of the cell.
     fn add(&mut self, record: &Record) -> Key {
         let key = Key::of(record, ALL_ARMS);
         self.summary.add_to(key.clone(), record);

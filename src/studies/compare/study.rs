@@ -100,7 +100,8 @@ impl Study {
         cells as u64 * u64::from(self.tasks)
     }
 
-    /// Returns the law with which the others are compared: the reference law or, if it is not compared, the first law.
+    /// Returns the law with which all other laws are compared: the reference law, or the first law if the study does not have the
+    /// reference law.
     pub fn baseline(&self) -> Law {
         let reference = REFERENCE.0;
         if self.laws.contains(&reference) {

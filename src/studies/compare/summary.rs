@@ -83,7 +83,8 @@ impl Key {
         Self { matched, arm, limits: record.limits, plant, law }
     }
 
-    /// Returns whether the runs of `other` are of the same tasks under the same conditions. The law may differ.
+    /// Returns whether `other` has the same conditions as this key, apart from the law. Then the runs of both cells are of the same
+    /// tasks.
     fn is_beside(&self, other: &Self) -> bool {
         (&self.matched, &self.arm, self.limits, &self.plant)
             == (&other.matched, &other.arm, other.limits, &other.plant)

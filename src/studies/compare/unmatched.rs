@@ -1,4 +1,4 @@
-//! Explains why gains miss their targets. For each such gain, runs its law on the tasks that judge the gains.
+//! Explains why gains miss their targets. For each such gain, runs the law on the tasks on which the study judges its gains.
 
 use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};

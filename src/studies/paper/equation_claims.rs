@@ -4,7 +4,7 @@ use super::claim::Claim;
 use super::{Laboratory, LogarithmEquations, PaperError, PoseEquations};
 use dq_kinematics::arm::ArmState;
 
-/// Numbers that differ by at most this differ only by rounding.
+/// Two numbers count as equal if their difference is at most this. Such a difference comes from rounding.
 const EQUAL: f64 = 1e-12;
 
 /// An eigenvalue counts as 0 if it is below this fraction of the largest eigenvalue.

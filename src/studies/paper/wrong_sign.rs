@@ -12,7 +12,7 @@ use serde::Serialize;
 /// How far the tool went away from the goal at which it started.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Departure {
-    /// Whether the double-cover rule chose the sign.
+    /// Whether the double-cover rule chose the sign of the goal's quaternion. Otherwise the goal had the opposite sign.
     pub with_rule: bool,
     /// The largest distance from the goal.
     pub largest_distance_mm: f64,
@@ -20,7 +20,7 @@ pub struct Departure {
     pub largest_angle_deg: f64,
 }
 
-/// Simulates the motion without the rule and with it. Returns the results and the figure.
+/// Simulates the motion without the double-cover rule, and then with the rule. Returns the results and the figure.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.
