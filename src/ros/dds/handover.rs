@@ -32,7 +32,7 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         Self::since(i64::MIN, inner)
     }
 
-    /// Creates the replacement of this subscription.
+    /// Creates a subscription that reads from `inner` and replaces this one.
     pub fn replaced_by(&self, inner: Subscription<M>) -> Self {
         Self::since(self.newest.load(Ordering::Relaxed), inner)
     }

@@ -64,7 +64,7 @@ pub(super) struct State {
     pub first_found: FirstFound,
     /// The DDS topic name of each reader.
     pub readers: HashMap<GUID, String>,
-    /// When a participant or a reader was last discovered.
+    /// The time of the latest discovery of a participant or a reader; `None` before the first discovery.
     pub found: Option<Instant>,
 }
 

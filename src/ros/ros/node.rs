@@ -177,7 +177,8 @@ impl Node {
         Ok(subscription)
     }
 
-    /// Creates a subscription to `topic` with the type and QoS of `entry`, even if the contract's node publishes on this topic.
+    /// Creates a subscription to `topic` with the type and QoS of `entry`, even if `entry` describes a publisher. A program uses this
+    /// to receive from the node that publishes.
     ///
     /// # Errors
     /// [`RosError`].

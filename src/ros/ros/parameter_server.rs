@@ -18,8 +18,8 @@ pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), Strin
 /// as a whole before it is applied.
 ///
 /// Like every ROS 2 node, the server announces changes on `/parameter_events`. Late joiners receive none of these announcements.
-/// Therefore `~/parameters` is latched, and has all parameters together with the last changes, from the start and after each
-/// change.
+/// Therefore the server also publishes all parameters, together with the latest changes, on the latched topic `~/parameters`. It
+/// does this at the start and after each change.
 ///
 /// Nodes of rclcpp subscribe to `/parameter_events` to follow their own `use_sim_time`. This server does not, because such
 /// subscriptions would match all nodes of a domain with each other without any use.

@@ -79,7 +79,8 @@ impl Findings {
         laws
     }
 
-    /// Returns the law with which the others are compared: the reference law or, if it was not compared, the first law.
+    /// Returns the law with which all other laws are compared: the reference law, or the first law if the findings do not have the
+    /// reference law.
     pub fn baseline(&self) -> &str {
         let (laws, reference) = (self.laws(), REFERENCE.0.name());
         if laws.contains(&reference) { reference } else { laws.first().copied().unwrap_or(reference) }

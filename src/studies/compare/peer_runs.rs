@@ -40,8 +40,8 @@ impl PeerRuns {
         if runs.are_of(study, &theirs.lines().collect())? { Ok(runs) } else { Err(other()) }
     }
 
-    /// Returns whether the programs' tasks equal the study's tasks, as far as both have tasks. `theirs` has the lines of the
-    /// programs' tasks.
+    /// Returns whether the programs have run the study's tasks. Compares the first tasks of each arm, as many as both the programs
+    /// and the study have. `theirs` has the lines of the programs' tasks.
     fn are_of(&self, study: &Study, theirs: &HashSet<&str>) -> Result<bool, CompareError> {
         for arm in &study.arms {
             let counts = self.0.iter().filter(|((_, of), _)| *of == arm.name).map(|(_, tasks)| tasks.len());

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A servo parameter whose two values are compared.
+/// A servo parameter. A study can run every task with two values of the parameter, and compare the results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Switch {
     /// Whether a stalled arm moves to another configuration: never or always.

@@ -22,7 +22,7 @@ pub struct TaskSpaceLogc {
     pub goal: UnitDualQuaternion,
 }
 
-/// The numbers of figure 4.
+/// The numbers that describe a motion in task space, as in figure 4 of the paper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskSpaceMetrics {
     /// The half-log pair at the start \[rad, m\].
