@@ -113,8 +113,8 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
     }
 
-    /// Returns whether discovery is complete and each remote reader of the topic either is matched with our writer or cannot be
-    /// matched.
+    /// Returns whether our writer `ours` has all its readers: discovery is complete, and each remote reader of the topic is matched
+    /// with the writer or cannot be matched.
     pub fn has_all_readers(&self, ours: GUID, topic: &str) -> bool {
         let state = self.lock();
         let known = |reader: &GUID| {

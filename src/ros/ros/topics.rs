@@ -153,7 +153,7 @@ impl Publishing {
     }
 }
 
-/// How long the wait for subscribers continues after the first subscriber.
+/// The longest time to wait for further subscribers after the first subscriber is matched.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
 /// Creates a second endpoint on a topic that the node already uses: a subscription to a topic on which the node publishes, or a

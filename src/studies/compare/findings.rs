@@ -35,7 +35,7 @@ pub struct Findings {
     pub cells: Vec<Cell>,
     /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,
-    /// The results of other programs and of the reference law on the first tasks of each arm.
+    /// The results of other programs, and the results of the baseline on the tasks that these programs have run.
     pub peers: Vec<Peer>,
     /// How old joint states may be for each law.
     pub ageing: Vec<Ageing>,

@@ -7,7 +7,8 @@ use super::{CompareError, Study};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-/// For each pair of a program and an arm: the times at which the first tasks settled under limits \[s\]; `None` for a failed task.
+/// The settling times of other programs under the arms' limits \[s\], for each pair of a program and an arm. The times are in the
+/// order of the tasks, from the first task on; `None` for a failed task.
 #[derive(Clone, Debug, Default)]
 pub struct PeerRuns(BTreeMap<(String, String), Vec<Option<f64>>>);
 

@@ -111,7 +111,8 @@ impl Study {
         }
     }
 
-    /// Returns the gain of a law on an arm [1/s]. If the study has no such gain, returns the gain at which the search for it starts.
+    /// Returns the gain of a law on an arm [1/s]. If the study has not chosen this gain yet, returns the
+    /// gain at which its choice starts.
     pub fn gain(&self, matched: Matched, arm: &str, law: Law) -> f64 {
         let chosen = |gain: &&Gain| gain.matched == matched && gain.arm == arm && gain.law == law.name();
         self.gains.iter().find(chosen).map_or(first_gain(law), |gain| gain.gain)

@@ -1,4 +1,4 @@
-//! Judges the claims of the paper by the results. The text of the evidence depends on the numbers.
+//! Judges the claims of the paper by the results of the simulations. The evidence for each verdict is written from these results.
 
 use super::claim::Claim;
 use super::comparison::Row;
