@@ -16,8 +16,8 @@ struct Bound {
     ratio: u64,
 }
 
-/// The bound for the total size of the messages that are returned, and for the size of an unpacked file. No recording reaches this
-/// ratio: zstd compresses even the messages of an arm at rest only to about a twentieth of their size.
+/// The bound for the total size of the messages that are returned, and for the size of an unpacked file. No recording reaches the
+/// ratio of 100, because zstd compresses even the messages of an arm at rest only to about a twentieth of their size.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
 /// The bound for the chunks that are unpacked. It is higher than [`ROOM`], because chunks may contain images and maps of one color.

@@ -94,8 +94,8 @@ impl McapOutput {
         Ok(())
     }
 
-    /// Writes the bytes [`END`] after the last chunk, and moves the position back before these bytes. Returns the length of the
-    /// file.
+    /// Writes the bytes [`END`] after the last chunk. Then moves the position back before these bytes, so that the next chunk
+    /// overwrites them. Returns the length of the file.
     fn end(&mut self) -> io::Result<u64> {
         self.handle.write_all(&END)?;
         self.handle.seek_relative(-(END.len() as i64))?;

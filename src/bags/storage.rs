@@ -59,7 +59,7 @@ impl Storage {
         &self.path
     }
 
-    /// Returns the blocks of the file.
+    /// Returns the blocks of the file. [`load`](Self::load) unpacks one of them.
     pub fn blocks(&self) -> Vec<Block> {
         self.format.blocks()
     }

@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 /// The limits at which the writer begins a new file. Without limits, the bag has one file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriterOptions {
-    /// The size from which a file is full \[bytes\]. A file grows by whole chunks.
+    /// A file is full once it has this size \[bytes\]. A file can exceed the size by a chunk, because it grows by whole chunks.
     pub max_size: Option<u64>,
-    /// The span of log time from which a file is full.
+    /// A file is full once the log time of a message is this much after the file's first log time.
     pub max_duration: Option<Duration>,
 }
 
@@ -84,7 +84,7 @@ pub struct BagWriter {
     distro: &'static str,
 }
 
-/// The state of the bag when `metadata.yaml` was last written.
+/// The state of the bag at the latest write of `metadata.yaml`.
 struct MetadataState {
     topics: usize,
     messages: u64,

@@ -43,10 +43,10 @@ impl From<Named> for f64 {
 figures! {
     /// Time since the motion began \[s\]. The other figures that are times are also measured from the beginning of the motion.
     elapsed: f64 = "elapsed_s",
-    /// The time from which the angle to the goal stays within 2 % of its initial value, or within the goal tolerance if that is
+    /// The time from which the angle to the goal stays below 2 % of its initial value, or within the goal tolerance if that is
     /// larger \[s\]; `None` while the angle is larger than both.
     settling_time_rotation: Option<f64> = "settling_time_2_percent_rotation_s",
-    /// The time from which the distance to the goal stays within 2 % of its initial value, or within the goal tolerance if that is
+    /// The time from which the distance to the goal stays below 2 % of its initial value, or within the goal tolerance if that is
     /// larger \[s\]; `None` while the distance is larger than both.
     settling_time_position: Option<f64> = "settling_time_2_percent_position_s",
     /// The time at which the goal tolerances were first met \[s\]; `None` if they have not been met.

@@ -42,8 +42,8 @@ fn folder(get: impl Fn(&str) -> Option<String>) -> PathBuf {
     get("ROS_LOG_DIR").map(PathBuf::from).unwrap_or_else(|| of_ros().unwrap_or_else(home).join("log"))
 }
 
-/// Returns the file name in the style of rcl_logging_spdlog: the name by which the program was called, its process, and the
-/// milliseconds since the Unix epoch.
+/// Returns the file name in the style of rcl_logging_spdlog. It consists of the name by which the program was called, the process id,
+/// and the milliseconds since the Unix epoch.
 fn file_name(program: Option<OsString>) -> String {
     let program = program.map(PathBuf::from);
     let program = program.as_deref().and_then(Path::file_name).map(OsStr::to_string_lossy);

@@ -51,7 +51,7 @@ pub enum NetworkEnd {
 /// The first address that this host got after the participant was created.
 static NEW_ADDRESS: OnceLock<Ipv4Addr> = OnceLock::new();
 
-/// Counts one participant while this value lives.
+/// Increases [`PARTICIPANTS`] by one while this value exists.
 pub(crate) struct Participating(());
 
 impl Participating {
@@ -84,7 +84,7 @@ pub(crate) fn end(why: NetworkEnd) {
 pub struct NetworkWatch(Vec<PathBuf>);
 
 impl NetworkWatch {
-    /// Checks once. Also returns `Ok` if the operating system does not list the threads of a process.
+    /// Checks once whether DDS works. Also returns `Ok` if the operating system does not list the threads of a process.
     ///
     /// # Errors
     /// [`NetworkEnd`] if DDS does not work any more.

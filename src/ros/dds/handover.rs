@@ -17,10 +17,10 @@ use std::task::{Context, Poll, Waker};
 /// A subscription of ros2-client that may have replaced another one.
 pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// When the newest message that the replaced subscription has taken was received \[ns\]; `i64::MIN` if this subscription
-    /// replaces none.
+    /// The receive time \[ns\] of the newest message that the replaced subscription has taken; `i64::MIN` if this subscription does
+    /// not replace another one. This subscription skips messages up to this time.
     since: i64,
-    /// When the newest of the taken messages was received \[ns\].
+    /// The receive time \[ns\] of the newest message that this subscription has taken; initially `since`.
     newest: AtomicI64,
 }
 
@@ -32,7 +32,7 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         Self::since(i64::MIN, inner)
     }
 
-    /// Creates the replacement of this subscription.
+    /// Creates a subscription that reads from `inner` and replaces this one.
     pub fn replaced_by(&self, inner: Subscription<M>) -> Self {
         Self::since(self.newest.load(Ordering::Relaxed), inner)
     }
@@ -75,8 +75,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         }
     }
 
-    /// Returns whether this sample arrived after the last one that the replaced subscription has taken. RustDDS gives the samples
-    /// of a topic increasing receive stamps, even if the clock is set back.
+    /// Returns whether this sample arrived after the newest sample that the replaced subscription has taken. The receive times of a
+    /// topic's samples always increase in RustDDS, even if the clock is set back.
     fn is_new(&self, (_, info): &Sample<M>) -> bool {
         let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
         self.newest.fetch_max(received, Ordering::Relaxed);

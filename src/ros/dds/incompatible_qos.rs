@@ -48,7 +48,7 @@ impl Mismatch {
         Self { requested: requested.to_owned(), offered: offered.to_owned(), remedy }
     }
 
-    /// Returns the warning of the node that subscribes to `topic`, which `peer` publishes.
+    /// Returns the warning for the log of our node, which subscribes to `topic` and does not receive from the publisher `peer`.
     pub fn warning_of_subscriber(&self, topic: &str, peer: &str) -> String {
         let Self { requested, offered, remedy } = self;
         format!(
@@ -56,7 +56,7 @@ impl Mismatch {
         )
     }
 
-    /// Returns the warning of the node that publishes `topic`, to which `peer` subscribes.
+    /// Returns the warning for the log of our node, which publishes `topic` but does not reach the subscriber `peer`.
     pub fn warning_of_publisher(&self, topic: &str, peer: &str) -> String {
         let Self { requested, offered, remedy } = self;
         format!(

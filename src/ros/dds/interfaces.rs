@@ -18,7 +18,7 @@ const ALL: &str = "all";
 /// A host with at most this many addresses, apart from loopback, uses all of them.
 const FEW: usize = 4;
 
-/// The largest number of names in a warning.
+/// The largest number of interface names in a warning.
 const LISTED: usize = 6;
 
 /// The addresses that a participant uses.

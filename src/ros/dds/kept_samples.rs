@@ -12,11 +12,11 @@ pub(crate) const FEWEST_SAMPLES: i32 = 128;
 /// The largest number of stored samples.
 const MOST_SAMPLES: i32 = 10_000;
 
-/// The memory for the samples of a topic \[bytes\], if messages stay as large as the first ones.
+/// The memory budget from which the number of stored samples of a topic is computed \[bytes\]: the budget divided by the size of the
+/// largest message so far. The number never decreases, so the samples exceed the budget if messages become larger later.
 const ROOM: usize = 32 << 20;
 
-/// The most memory that the stored samples may use if later messages are larger than the first ones \[bytes\]. If they need more,
-/// the subscription ends.
+/// The limit for the memory of a topic's stored samples \[bytes\]. If the samples need more, the subscription ends.
 const LIMIT: usize = 256 << 20;
 
 /// The memory that RustDDS needs for a sample in addition to its payload \[bytes\], measured.
@@ -38,7 +38,7 @@ impl Default for Kept {
     }
 }
 
-/// The answer to the question whether there is memory for further samples of a topic.
+/// Whether there is memory for further samples of a topic.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Room {
     Enough,

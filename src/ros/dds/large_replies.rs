@@ -57,7 +57,8 @@ pub(crate) struct Addressee {
 
 /// Writes the replies of one service, which are bytes in CDR.
 pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
-    /// The writer, and the number of its last sample. Nobody else uses the writer, and RustDDS counts samples from 1.
+    /// The writer, and the sequence number of its latest sample. This module counts the samples itself, because nobody else uses the
+    /// writer. RustDDS numbers the samples from 1.
     writer: Mutex<(DataWriterCdr<R>, SequenceNumber)>,
     /// The name of the reply topic.
     topic: String,
@@ -85,9 +86,9 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
         if self.datagrams.is_some() { ONE_DATAGRAM } else { ONE_PACKET }
     }
 
-    /// Sends `reply`, whose length must be at most [`room`](Self::room), once the client's reader is matched or the wait has timed
-    /// out. `to_nobody` is a reply that no client accepts. If this module sends `reply` in packets of its own, RustDDS writes
-    /// `to_nobody` in place of `reply`.
+    /// Waits until the client's reader is matched, up to [`TO_BE_MATCHED`], and sends `reply`. The length of `reply` must be at most
+    /// [`room`](Self::room). If this module sends `reply` in packets of its own, RustDDS writes `to_nobody` in place of `reply`. No
+    /// client accepts the reply `to_nobody`.
     ///
     /// # Errors
     /// The reason why the reply could not be sent.

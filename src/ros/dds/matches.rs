@@ -17,7 +17,7 @@ const QUIET: Duration = Duration::from_millis(200);
 /// How long to wait for a peer's name before a warning is logged without the name.
 const INTRODUCTION: Duration = Duration::from_secs(1);
 
-/// Names the owners of endpoints.
+/// Finds the owner of an endpoint, that is, the node that created it.
 pub(crate) trait Owners: Send + Sync {
     /// Returns whether the endpoint's owner is known.
     fn knows(&self, endpoint: GUID) -> bool;
@@ -55,7 +55,7 @@ pub(super) struct State {
     pub own: HashMap<GUID, OwnEndpoint>,
     /// The matched pairs.
     pub pairs: HashSet<Pair>,
-    /// The pairs with incompatible QoS. The warning is `None` until it was logged.
+    /// The pairs with incompatible QoS. The value is the warning about the pair; `None` until the warning has been logged.
     pub incompatible: HashMap<Pair, Option<String>>,
     /// Our readers that can switch to best effort. The value is a publisher that requires this switch; `None` until there is one.
     pub adapting: HashMap<GUID, Option<GUID>>,
@@ -64,12 +64,12 @@ pub(super) struct State {
     pub first_found: FirstFound,
     /// The DDS topic name of each reader.
     pub readers: HashMap<GUID, String>,
-    /// When a participant or a reader was last discovered.
+    /// The time of the latest discovery of a participant or a reader; `None` before the first discovery.
     pub found: Option<Instant>,
 }
 
 impl Matches {
-    /// Creates an empty state. `owners` names the owners of endpoints.
+    /// Creates an empty state. `owners` finds the owners of endpoints, for warnings.
     pub fn new(owners: Arc<dyn Owners>) -> Self {
         Self { state: Arc::default(), changed: Arc::default(), owners }
     }
@@ -113,8 +113,8 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
     }
 
-    /// Returns whether discovery is complete and each remote reader of the topic either is matched with our writer or cannot be
-    /// matched.
+    /// Returns whether our writer `ours` has all its readers: discovery is complete, and each remote reader of the topic is matched
+    /// with the writer or cannot be matched.
     pub fn has_all_readers(&self, ours: GUID, topic: &str) -> bool {
         let state = self.lock();
         let known = |reader: &GUID| {
@@ -134,7 +134,7 @@ impl Matches {
         }
     }
 
-    /// Waits up to 50 ms for a change.
+    /// Waits until a match or an endpoint changes, at most 50 ms.
     pub async fn change(&self) {
         let change = self.changed.notified();
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;

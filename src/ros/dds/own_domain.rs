@@ -33,7 +33,8 @@ impl OwnDomain {
         self.id
     }
 
-    /// Claims the domain if nobody uses it. A domain is in use if its ports are: participants of every vendor have sockets on them.
+    /// Claims the domain `id` if nobody on this host uses it. A domain is in use if a socket is bound to one of its ports, because the
+    /// participants of every vendor bind these ports.
     fn claim(id: u16) -> Option<Self> {
         let first = ports::first(id);
         let claim = UdpSocket::bind((Ipv4Addr::LOCALHOST, first + CLAIM)).ok()?;

@@ -50,7 +50,7 @@ pub(crate) struct Peer {
     pub warn: Warn,
 }
 
-/// The lost participants.
+/// The participants that are lost, that is, that were not heard for the duration of their lease.
 pub(crate) struct Lost {
     domain: u16,
     on_loopback: bool,
@@ -68,8 +68,8 @@ impl Lost {
     }
 
     /// Adds a participant that was not heard for the duration of its lease, and starts listening for its return. A process with
-    /// static peers cannot detect every return, because announcements may be unicast to RustDDS. So such a process ends at once if
-    /// it has received from this participant.
+    /// static peers cannot detect every return, because announcements may be unicast to RustDDS. So such a process must be restarted
+    /// at once ([`NetworkEnd::Lost`]) if it has received from this participant.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.has_static_peers && !peer.heard_on.is_empty() {
             return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
@@ -116,9 +116,9 @@ impl Lost {
         }
     }
 
-    /// Ends the process, because RustDDS no longer receives from the peer that is back. In two cases only logs a warning. In the first
-    /// case, this process received nothing from the peer earlier. In the second case, the graph is secured. The announcements are not
-    /// authenticated there, so anyone could end the process.
+    /// Declares that this process must be restarted ([`NetworkEnd::Deaf`]), because RustDDS no longer receives from the peer that is
+    /// back. Only logs a warning if this process has never received from the peer, or if the graph is secured. Announcements are not
+    /// authenticated in a secured graph, so otherwise anyone could end the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

@@ -84,7 +84,7 @@ impl RawSubscription {
     }
 }
 
-/// Converts a time in the same way as ros2-client.
+/// Converts a DDS time to nanoseconds since 1970, as ros2-client does. Returns `None` for a time that cannot be converted.
 fn nanoseconds(time: Timestamp) -> Option<i64> {
     ROSTime::try_from(time).ok().map(|time| time.to_nanos())
 }

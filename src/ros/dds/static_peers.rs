@@ -26,7 +26,8 @@ const PARTICIPANTS: u16 = 32;
 /// The time between two announcements of the participant.
 const ANNOUNCEMENTS: Duration = Duration::from_secs(3);
 
-/// The interval at which the module checks whether further participants are known, and the longest time for looking up a host.
+/// The interval at which the module checks whether RustDDS has discovered further participants. Also the timeout for looking up the
+/// addresses of a host.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// The interval at which the module looks up the addresses of the hosts.
@@ -55,7 +56,7 @@ struct Peers {
     hosts: BTreeSet<IpAddr>,
     /// The addresses on which participants on these hosts receive data.
     participants: BTreeSet<SocketAddr>,
-    /// The last announcement of our participant.
+    /// The latest announcement of our participant.
     announcement: Option<Vec<u8>>,
 }
 

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 /// The clock of a node. Only stamps use it; a simulated clock does not affect deadlines or cycles.
 #[derive(Clone, Debug, Default)]
 pub struct Clock {
-    /// The last time on `/clock` \[ns\], 0 before the first message; `None` for the system's clock.
+    /// The latest time on `/clock` \[ns\]; 0 before the first message; `None` for the system's clock.
     simulated: Option<Arc<AtomicI64>>,
 }
 

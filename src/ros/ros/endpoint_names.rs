@@ -138,7 +138,8 @@ impl<'a> Origin<'a> {
 /// The reader of the announcements in a domain.
 pub(super) type Announcements = SimpleDataReader<Undecoded, Undecoded>;
 
-/// Creates a reader of the announcements of all participants. The last announcement of each participant is latched.
+/// Creates a reader of the announcements of all participants. The reader also gets the latest earlier announcement of each
+/// participant, because the topic is latched.
 ///
 /// # Errors
 /// [`RosError::Create`].

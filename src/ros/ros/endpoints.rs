@@ -185,7 +185,7 @@ pub(super) fn of_parameter_events() -> QosPolicies {
         .build()
 }
 
-/// Returns the QoS of `/rosout` as in rcl: the last 1000 lines of each node, for ten seconds, latched.
+/// Returns the QoS of `/rosout`, as in rcl. The topic is latched: a node stores its latest 1000 lines, each for ten seconds.
 pub(super) fn of_rosout() -> QosPolicies {
     QosPolicyBuilder::new()
         .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })

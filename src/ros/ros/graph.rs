@@ -16,7 +16,8 @@ pub struct GraphTopic {
     pub offered: Vec<OfferedQos>,
 }
 
-/// Returns the topics of all other participants by name. If a name has two types, the type of a publisher counts.
+/// Returns the topics of all other participants by name. If a topic has several types, returns the type of one of its
+/// publishers.
 pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphTopic> {
     let mut topics: BTreeMap<String, GraphTopic> = BTreeMap::new();
     for writer in participant.discovered_writers() {

@@ -50,8 +50,8 @@ impl Entry<'_> {
         line + rest
     }
 
-    /// Returns the value of a token of rcutils; `None` for an unknown token. The tokens for the location in the source give an
-    /// empty text, because the location is not known.
+    /// Returns the value of a token of rcutils; `None` for an unknown token. The tokens for the location in the source
+    /// code give an empty text, because the location is not known.
     fn value(&self, token: &str) -> Option<String> {
         Some(match token {
             "severity" => format!("{:?}", self.level).to_uppercase(),

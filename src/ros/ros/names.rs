@@ -65,7 +65,7 @@ pub(super) fn join(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// Checks the name of an enclave: `/`, or names that each follow a slash.
+/// Checks the name of an enclave: `/`, or a fully qualified name such as `/a/b`.
 pub(super) fn check_enclave(name: &str) -> Result<(), NameError> {
     match name {
         "/" => Ok(()),
@@ -74,7 +74,7 @@ pub(super) fn check_enclave(name: &str) -> Result<(), NameError> {
     }
 }
 
-/// Checks a fully qualified name. Errors call the name `kind`.
+/// Checks a fully qualified name. `kind` says in errors what the name is, for example "enclave".
 pub(super) fn check_absolute(name: &str, kind: &'static str) -> Result<(), NameError> {
     if name.len() > 247 {
         return Err(NameError { name: name.to_owned(), kind, why: "longer than 247 characters" });

@@ -93,8 +93,8 @@ impl Node {
         self.publisher_as(contract.topic::<M>(topic, Direction::Out)?, topic)
     }
 
-    /// Creates a publisher on `topic` with the type and QoS of `entry`, even if the contract's node subscribes to this topic. A
-    /// program that talks to the contract's node needs this.
+    /// Creates a publisher on `topic` with the type and QoS of `entry`, even if `entry` describes a subscription. A program uses this
+    /// to publish to the node that subscribes.
     ///
     /// # Errors
     /// [`RosError`].
@@ -177,7 +177,8 @@ impl Node {
         Ok(subscription)
     }
 
-    /// Creates a subscription to `topic` with the type and QoS of `entry`, even if the contract's node publishes on this topic.
+    /// Creates a subscription to `topic` with the type and QoS of `entry`, even if `entry` describes a publisher. A program uses this
+    /// to receive from the node that publishes.
     ///
     /// # Errors
     /// [`RosError`].

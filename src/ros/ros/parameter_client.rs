@@ -12,7 +12,7 @@ use tokio::time::{Instant, timeout_at};
 /// The number of values that are requested at once. In a secured graph the reply must fit into one packet.
 const VALUES_AT_ONCE: usize = 8;
 
-/// The number of descriptions that are requested at once. Descriptions are longer than values.
+/// The number of descriptions that are requested at once. It is smaller than [`VALUES_AT_ONCE`], because descriptions are longer.
 const DESCRIPTORS_AT_ONCE: usize = 2;
 
 /// After each received state of a node's parameters, the client waits this long for a newer state.

@@ -18,8 +18,8 @@ pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), Strin
 /// as a whole before it is applied.
 ///
 /// Like every ROS 2 node, the server announces changes on `/parameter_events`. Late joiners receive none of these announcements.
-/// Therefore `~/parameters` is latched, and has all parameters together with the last changes, from the start and after each
-/// change.
+/// Therefore the server also publishes all parameters, together with the latest changes, on the latched topic `~/parameters`. It
+/// does this at the start and after each change.
 ///
 /// Nodes of rclcpp subscribe to `/parameter_events` to follow their own `use_sim_time`. This server does not, because such
 /// subscriptions would match all nodes of a domain with each other without any use.
@@ -168,8 +168,8 @@ impl Current {
         self.store.iter().map(|(declared, value)| parameter(declared.name, value)).collect()
     }
 
-    /// Returns the current time, or 1 ns after the last stamp if the clock is not past that stamp. A stamp identifies one set of
-    /// parameters.
+    /// Returns the stamp for the next set of parameters: the current time, or 1 ns after the previous stamp if the clock is not past
+    /// it. So each set of parameters has its own stamp.
     fn next_stamp(&self) -> Time {
         let now = Time::now();
         if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
@@ -257,8 +257,8 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// In a secured graph, a reply of more than one packet does not reach the client. The full list of the servo for one arm is
-    /// longer. So the reply has the prefix `contact` in place of the names of the contact parameters.
+    /// In a secured graph, a reply of more than one packet does not reach the client. The full list of the servo's parameters does
+    /// not fit into one packet. So the reply has the prefix `contact` in place of the names of the contact parameters.
     #[test]
     fn the_list_of_every_node_fits_into_one_packet() {
         for (node, declarations) in nodes().unwrap() {

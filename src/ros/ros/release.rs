@@ -3,7 +3,7 @@
 //! Humble and older releases announce nodes on `ros_discovery_info` with GIDs of 24 bytes, later releases with GIDs of 16 bytes.
 //! ros2-client supports one of the two lengths, which is chosen when ros2-client is built.
 
-/// A kind of announcement, named after a release that uses it.
+/// A group of releases that announce nodes with GIDs of the same length, named after one of these releases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Release {
     /// ROS 2 Humble and older releases.
@@ -43,7 +43,7 @@ impl Release {
     }
 }
 
-/// Returns a warning if the value `name` of `ROS_DISTRO` names a release whose kind of announcement this build does not use.
+/// Returns a warning if this program was not built for the release `name`, which is the value of `ROS_DISTRO`.
 pub(super) fn warning_of_distribution(name: &str) -> Option<String> {
     let theirs = Release::of_distribution(name);
     (theirs != BUILT_FOR).then(|| {
@@ -52,7 +52,7 @@ pub(super) fn warning_of_distribution(name: &str) -> Option<String> {
     })
 }
 
-/// Returns a warning that nodes in the domain use a kind of announcement that this build does not use.
+/// Returns the warning that `domain` has nodes of a release for which this program was not built.
 pub(super) fn warning_of_announcements(theirs: Release, domain: u16) -> String {
     format!(
         "domain {domain} has nodes of {}, but this program was built for {}. Those nodes cannot read its announcements, and may fail: {}, \

@@ -54,8 +54,8 @@ impl Resolver {
         self.node.fully_qualified().trim_start_matches('/').replace('/', ".")
     }
 
-    /// Returns the level that the command line gives the node's logger, or else the nearest logger above it that has a level. If the
-    /// command line gives a logger two levels, the later one counts. `None` if none of these loggers has a level.
+    /// Returns the level that the command line gives the node's logger. If it gives none, returns the level of the nearest logger
+    /// above the node's logger; `None` if no logger above has a level. If a logger has several levels, the latest counts.
     pub(super) fn log_level(&self) -> Option<LogLevel> {
         let logger = self.logger();
         let has_it = |above: &str| {

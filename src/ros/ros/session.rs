@@ -200,7 +200,7 @@ fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
 /// learn that the participant has left.
 struct ServedPeers(JoinHandle<()>);
 
-/// The time in which the task sends the last messages of the participant.
+/// How long the task of [`ServedPeers`] continues after the participant has left, to send the participant's final messages.
 const LAST_MESSAGES: Duration = Duration::from_millis(50);
 
 impl Drop for ServedPeers {

@@ -20,7 +20,7 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// A message in the [`Arc`] in which the caller passed it.
+/// A message that is shared with the caller of the publisher. It is serialized like the message itself.
 struct Shared<M>(Arc<M>);
 
 impl<M: Serialize> Serialize for Shared<M> {
@@ -153,7 +153,7 @@ impl Publishing {
     }
 }
 
-/// How long the wait for subscribers continues after the first subscriber.
+/// The longest time to wait for further subscribers after the first subscriber is matched.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
 /// Creates a second endpoint on a topic that the node already uses: a subscription to a topic on which the node publishes, or a
@@ -200,7 +200,7 @@ impl<M: Message> OwnTopic<M> {
 pub struct Newest<M> {
     /// The newest message, if any.
     pub message: Option<M>,
-    /// The number of messages that could be decoded.
+    /// The number of taken messages that could be decoded.
     pub count: u64,
     /// The reasons why some messages could not be decoded.
     pub malformed: Vec<String>,

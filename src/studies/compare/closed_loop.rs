@@ -26,7 +26,7 @@ named! {
     /// How a loop ended.
     #[derive(Default, PartialOrd, Ord)]
     "outcome" Outcome {
-        /// The error stays within 2 % of its initial value, or within the goal tolerances.
+        /// The error stays below 2 % of its initial value, or within the goal tolerances.
         #[default]
         Settled = "settled",
         /// The arm was still getting nearer to the goal at the end.
@@ -65,7 +65,7 @@ struct BareLaw {
     arms: Arms,
     controller: Controller,
     memory: LawMemory,
-    /// The last command [rad/s].
+    /// The command of the previous cycle [rad/s].
     last: Vec<f64>,
     sign: SignMemory,
     hysteresis: f64,
@@ -191,7 +191,7 @@ impl Driver {
         Ok(())
     }
 
-    /// Returns the arm at its last measured positions; `None` before the first measurement.
+    /// Returns the arm at its latest measured joint positions; `None` before the first measurement.
     fn arm(&self) -> Option<&Arms> {
         match self {
             Self::Law(law) => Some(&law.arms),
@@ -239,7 +239,7 @@ impl Driver {
 /// Measures the figures from the real positions of the arm, not from its joint states.
 struct Watch {
     arms: Arms,
-    /// The last real positions \[rad\].
+    /// The latest real joint positions \[rad\].
     theta: Vec<f64>,
     goal: Task,
     horizon: Duration,
@@ -248,7 +248,7 @@ struct Watch {
     threshold: f64,
     motion: Option<MotionMeter>,
     inside_since: Option<Duration>,
-    /// The smallest error, measured by [`size`](Self::size), before the last part [`LAST`] of the loop.
+    /// The smallest error ([`size`](Self::size)) until one second ([`LAST`]) before the horizon.
     least: f64,
     error: GoalError,
 }

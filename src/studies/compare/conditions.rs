@@ -63,7 +63,8 @@ impl Sensor {
         }
     }
 
-    /// Returns the measured positions while the joints are at `theta` \[rad\]. Call it once per cycle.
+    /// Returns the joint positions that the sensor measures \[rad\]: delayed, and with noise. `theta` are the real positions of this
+    /// cycle. Call this function once per cycle.
     pub fn see(&mut self, theta: &[f64]) -> &[f64] {
         match self.on_the_way.pop_front() {
             Some(mut oldest) => {

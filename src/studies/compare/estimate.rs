@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 const SAMPLE: Duration = Duration::from_millis(1500);
 /// Number of loops that are started together.
 const BATCH: u64 = 64;
-/// The usual number of loops in which a gain is tried and judged.
+/// The usual number of loops that are run to choose a gain and to judge it.
 const PER_GAIN: f64 = 4500.0;
 /// The usual fraction of gains that miss their targets.
 const MISSING: f64 = 0.4;

@@ -9,8 +9,8 @@ use std::ops::Range;
 /// Largest number of points of a curve.
 const POINTS: usize = 200;
 
-/// Returns the figures. For each quantity that the gains make equal, there is a figure without the servo's limits and one with
-/// them: it shows how the laws settle, and at what cost. The last figure shows how old joint states may be.
+/// Returns the figures. For each quantity that the gains make equal, there are two figures: without the servo's limits, and with
+/// them. These figures show how the laws settle, and at what cost. The last figure shows how old joint states may be.
 pub fn figures(findings: &Findings, summary: &Summary) -> Vec<Figure> {
     let conditions = Matched::ALL.into_iter().flat_map(|matched| [(matched, false), (matched, true)]);
     let figure = |(matched, limits)| distributions(findings, summary, matched, limits);

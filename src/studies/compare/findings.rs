@@ -35,11 +35,11 @@ pub struct Findings {
     pub cells: Vec<Cell>,
     /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,
-    /// The results of other programs and of the reference law on the first tasks of each arm.
+    /// The results of other programs, and the results of the baseline on the tasks that these programs have run.
     pub peers: Vec<Peer>,
     /// How old joint states may be for each law.
     pub ageing: Vec<Ageing>,
-    /// The time of a step, for each law.
+    /// The computation time of one step of each law.
     pub step_times: Vec<StepTime>,
     /// One run of each cell. A later version of this program can compare its results with these runs.
     pub samples: Vec<Record>,
@@ -49,7 +49,7 @@ impl Findings {
     /// Computes the findings of a study from its runs and from the runs of other programs.
     ///
     /// # Errors
-    /// The first error of a simulated run with older joint states. In practice, no simulated run fails.
+    /// The first error of a simulated run. In practice, no simulated run fails.
     pub fn new(study: &Study, summary: &Summary, peers: &Peers) -> Result<Self, CompareError> {
         Ok(Self {
             tasks: study.tasks,
@@ -79,7 +79,8 @@ impl Findings {
         laws
     }
 
-    /// Returns the law with which the others are compared: the reference law or, if it was not compared, the first law.
+    /// Returns the law with which all other laws are compared: the reference law, or the first law if the findings do not have the
+    /// reference law.
     pub fn baseline(&self) -> &str {
         let (laws, reference) = (self.laws(), REFERENCE.0.name());
         if laws.contains(&reference) { reference } else { laws.first().copied().unwrap_or(reference) }
@@ -121,12 +122,13 @@ impl Findings {
         gains.all(Gain::is_matched)
     }
 
-    /// Returns how old joint states may be for a law; `None` if the findings do not have this law.
+    /// Returns how old joint states may be for a law, with or without the servo's `limits`. Returns `None` if the findings do not
+    /// have this law.
     pub fn ageing(&self, law: &str, limits: bool) -> Option<&Ageing> {
         self.ageing.iter().find(|ageing| ageing.law == law && ageing.limits == limits)
     }
 
-    /// Returns the median time of a step \[ns\]; `None` if it was not measured.
+    /// Returns the median computation time of one step of a law \[ns\]; `None` if it was not measured.
     pub fn step_ns(&self, law: &str) -> Option<f64> {
         self.step_times.iter().find(|time| time.law == law).map(|time| time.ns[0])
     }

@@ -13,13 +13,13 @@ use std::ops::Range;
 
 /// The ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// An age is acceptable for a law if at least this percentage of the tasks that settle with fresh joint states also settles with
-/// joint states of that age.
+/// The percentage of tasks that must settle with joint states of an age, so that the age is acceptable for a law. Only the tasks
+/// that settle with fresh joint states are counted.
 const HOLDS: f64 = 95.0;
 /// Number of tasks of each arm on which an age is tried first. If their result is in doubt (see [`NO_DOUBT`]), all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The quantile of the normal distribution for the confidence interval of the result of the [`FIRST`] tasks (p < 1e-4). The result
-/// is in doubt if that interval contains 95 %.
+/// The quantile of the normal distribution for a confidence interval (p < 1e-4). The result of the [`FIRST`] tasks is in doubt if
+/// its confidence interval with this quantile contains 95 %.
 const NO_DOUBT: f64 = 4.0;
 
 /// The age of joint states up to which a law works.
@@ -31,7 +31,7 @@ pub struct Ageing {
     pub limits: bool,
     /// Number of tasks of all arms that settle with fresh joint states.
     pub tasks: usize,
-    /// For each tried age \[ms\]: of the `tasks`, the percentage that settles at that age.
+    /// The tried ages \[ms\], each with the percentage of the `tasks` that settle with joint states of this age.
     pub settled_percent: Vec<(f64, Interval)>,
     /// The largest age at which at least 95 % of the `tasks` settle \[ms\]; 0 if there is no such age.
     pub holds_up_to_ms: f64,
@@ -165,8 +165,8 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Runs the tasks among `numbers` that settle with fresh joint states, now with joint states of the age `age` \[cycles\].
-    /// Returns how many of these tasks settle again, and how many tasks were run.
+    /// Runs tasks with joint states of the age `age` \[cycles\]: the tasks among `numbers` that settle with fresh joint states.
+    /// Returns how many of these tasks settle, and how many were run.
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

@@ -126,7 +126,7 @@ impl<'a> Tasks<'a> {
     }
 }
 
-/// Returns the gain at which a law has the reference's median settling time on an arm. Also accepts a law that is not registered.
+/// Returns the gain with which a law has the reference law's median settling time on an arm. The law need not be registered by name.
 /// The gain is approximate, because it comes from only a few tasks.
 ///
 /// # Errors
@@ -225,7 +225,8 @@ impl Search<'_> {
     }
 
     /// Doubles or halves the gain until the target lies between the values of two gains. Then halves the interval between these
-    /// gains. If no gain reaches the target, because the loop becomes unstable first, returns the best gain that was tried.
+    /// gains several times. Returns the tried gain whose value is nearest to the target, also if the loop becomes unstable before it
+    /// reaches the target.
     fn coarse(&self) -> Result<f64, CompareError> {
         let mut tried = Vec::new();
         // Returns whether the law is at least as fast with this gain as the target requires.

@@ -1,6 +1,6 @@
 //! Compares the laws on many arms, tasks and plants, with gains that make them comparable.
 //!
-//! The command `dq_servo compare` runs this module. The page [`what_the_laws_do`] shows the results of its last long run.
+//! The command `dq_servo compare` runs this module. The page [`what_the_laws_do`] shows the results of the command's latest long run.
 
 mod arm;
 mod closed_loop;
@@ -119,7 +119,7 @@ pub enum CompareError {
         /// The number of the line, counted from 1.
         line: u64,
     },
-    /// The file has runs of other programs on tasks that are not the study's.
+    /// The runs of other programs in the file do not match the tasks of the study.
     #[error("{file} does not have runs of the first tasks of each of these arms: run compare_peers.py again")]
     OtherPeers {
         /// The name of the file.
@@ -165,12 +165,12 @@ impl CompareError {
         Self::File { file: file.display().to_string(), why }
     }
 
-    /// Creates the error for the line that follows `before` other lines.
+    /// Creates the error for a line of `file` that is preceded by `before` lines.
     fn other_runs(file: &Path, before: u64) -> Self {
         Self::OtherRuns { file: file.display().to_string(), line: before + 1 }
     }
 
-    /// Creates the error for the line that follows `before` other lines.
+    /// Creates the error for a line of `file` that is preceded by `before` lines.
     fn damaged(file: &Path, before: u64) -> Self {
         Self::Damaged { file: file.display().to_string(), line: before + 1 }
     }

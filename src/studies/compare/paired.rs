@@ -59,7 +59,7 @@ impl Paired {
         rest
     }
 
-    /// Returns the result with stricter success: a run in which the arm passed through itself counts as not settled.
+    /// Returns a copy in which every run counts as not settled if the arm passed through itself.
     #[must_use]
     pub fn past_itself(&self) -> Self {
         let mut paired = self.clone();

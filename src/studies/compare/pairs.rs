@@ -89,7 +89,7 @@ pub fn sign_test(a: usize, b: usize) -> f64 {
     Binomial::new(0.5, (a + b) as u64).map_or(1.0, |tosses| (2.0 * tosses.cdf(a.min(b) as u64)).min(1.0))
 }
 
-/// Adjusts the probabilities `p` of several tests for all of these tests together (Holm 1979).
+/// Returns the probabilities `p` of several tests, corrected for the number of tests (Holm 1979).
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<_> = (0..p.len()).collect();
     order.sort_by(|i, j| p[*i].total_cmp(&p[*j]));
@@ -102,9 +102,9 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// Returns the difference \[points\] between the percentage of first members and the percentage of second members that have a
-    /// property, among `pairs` pairs. In `first` pairs, only the first member has the property; in `second` pairs, only the second
-    /// member. The interval is Wald's, with half a pair added to each cell of the 2×2 table (Agresti & Min 2005).
+    /// Compares how often the first and the second members of `pairs` pairs have a property. Returns the percentage of the first
+    /// members minus the percentage of the second members \[points\]. In `first` pairs, only the first member has the property; in
+    /// `second` pairs, only the second member. The interval is Wald's, with half a pair added to each cell of the 2×2 table (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);

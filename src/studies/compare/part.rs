@@ -23,12 +23,12 @@ impl Part {
     /// The part that has all runs.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Yields all parts in their order, out of `of` parts.
+    /// Yields all parts of a study that is split into `of` parts, in order.
     fn each(of: u64) -> impl Iterator<Item = Self> {
         (1..=of).map(move |number| Self { number, of })
     }
 
-    /// Returns the runs of this part, out of `count`. All parts together have all runs.
+    /// Returns the numbers of the runs in this part, if there are `count` runs in all parts together.
     pub fn runs(&self, count: u64) -> Range<u64> {
         let bound = |part: u64| (u128::from(count) * u128::from(part) / u128::from(self.of)) as u64;
         bound(self.number - 1)..bound(self.number)

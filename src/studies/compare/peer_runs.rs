@@ -1,5 +1,5 @@
-//! The runs of other programs under the arms' limits, for a comparison with the runs of a law. In the law's runs, the servo
-//! parameter that is compared (`Switch`) has the second of its two values.
+//! Compares the runs of other programs under the arms' limits with the runs of a law. `Switch` runs a law with two values of a servo
+//! parameter. This module uses the law's runs with the second value.
 
 use super::paired::{End, Paired};
 use super::record::Record;
@@ -7,7 +7,8 @@ use super::{CompareError, Study};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-/// For each pair of a program and an arm: the times at which the first tasks settled under limits \[s\]; `None` for a failed task.
+/// The settling times of other programs under the arms' limits \[s\], for each pair of a program and an arm. The times are in the
+/// order of the tasks, from the first task on; `None` for a failed task.
 #[derive(Clone, Debug, Default)]
 pub struct PeerRuns(BTreeMap<(String, String), Vec<Option<f64>>>);
 
@@ -40,8 +41,8 @@ impl PeerRuns {
         if runs.are_of(study, &theirs.lines().collect())? { Ok(runs) } else { Err(other()) }
     }
 
-    /// Returns whether the programs' tasks equal the study's tasks, as far as both have tasks. `theirs` has the lines of the
-    /// programs' tasks.
+    /// Returns whether the programs have run the study's tasks. Compares the first tasks of each arm, as many as both the programs
+    /// and the study have. `theirs` has the lines of the programs' tasks.
     fn are_of(&self, study: &Study, theirs: &HashSet<&str>) -> Result<bool, CompareError> {
         for arm in &study.arms {
             let counts = self.0.iter().filter(|((_, of), _)| *of == arm.name).map(|(_, tasks)| tasks.len());

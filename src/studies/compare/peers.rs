@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The results of another program, or of the study's baseline, on the first tasks of each arm. Joint states are fresh, and gains
-/// are for equal settling time.
+/// The results of another program, or of the study's baseline, on the tasks that the other programs have run. Joint states are
+/// fresh, and gains are for equal settling time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Peer {
     /// The results on all arms together. The name of the program replaces the name of the law.
@@ -20,7 +20,7 @@ pub struct Peer {
     pub gains: [f64; 2],
 }
 
-/// The runs of other programs and of the study's baseline on the first tasks of each arm.
+/// The runs of other programs, and the runs of the study's baseline on the same tasks. These are the first tasks of each arm.
 #[derive(Clone, Debug, Default)]
 pub struct Peers {
     summary: Summary,
@@ -33,8 +33,8 @@ impl Peers {
     /// Reads `peers.jsonl`, if it exists. Takes the runs of the study's baseline from `summary`.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] unless all programs have run the same number
-    /// of tasks of each arm of the study, from the first task on.
+    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] if the programs have not run the same tasks, or
+    /// if these are not the first tasks of each arm of the study.
     pub fn read(study: &Study, summary: &Summary, file: &Path) -> Result<Self, CompareError> {
         let mut peers = Self::default();
         let mut tasks: BTreeMap<Key, Vec<(String, u32)>> = BTreeMap::new();
@@ -64,7 +64,7 @@ impl Peers {
         Ok(peers)
     }
 
-    /// Adds a run. Returns the key of its cell for all arms together.
+    /// Adds a run to its program's cell for all arms together. Returns the key of the cell.
     fn add(&mut self, record: &Record) -> Key {
         let key = Key::of(record, ALL_ARMS);
         self.summary.add_to(key.clone(), record);

@@ -22,7 +22,7 @@ pub(super) struct Run<'a> {
     pub gain: f64,
 }
 
-/// A run and its result: a line of the file.
+/// A run and its result. Each line of `compare.jsonl` is a record.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Record {
     /// The quantity that the gains make equal for all laws: settling_time or peak_speed.
@@ -90,7 +90,7 @@ impl Record {
         text.lines().enumerate().map(record).collect()
     }
 
-    /// Returns whether the record is of this run, whatever its result is.
+    /// Returns whether this is a record of `run`. Does not check the result in the record.
     pub(super) fn is_of(&self, run: &Run) -> bool {
         let is =
             [(&self.matched, run.matched.name()), (&self.law, run.law.name()), (&self.arm, &run.arm.name)];

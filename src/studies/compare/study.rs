@@ -100,7 +100,8 @@ impl Study {
         cells as u64 * u64::from(self.tasks)
     }
 
-    /// Returns the law with which the others are compared: the reference law or, if it is not compared, the first law.
+    /// Returns the law with which all other laws are compared: the reference law, or the first law if the study does not have the
+    /// reference law.
     pub fn baseline(&self) -> Law {
         let reference = REFERENCE.0;
         if self.laws.contains(&reference) {
@@ -110,7 +111,8 @@ impl Study {
         }
     }
 
-    /// Returns the gain of a law on an arm [1/s]. If the study has no such gain, returns the gain at which the search for it starts.
+    /// Returns the gain of a law on an arm [1/s]. If the study has not chosen this gain yet, returns the
+    /// gain at which its choice starts.
     pub fn gain(&self, matched: Matched, arm: &str, law: Law) -> f64 {
         let chosen = |gain: &&Gain| gain.matched == matched && gain.arm == arm && gain.law == law.name();
         self.gains.iter().find(chosen).map_or(first_gain(law), |gain| gain.gain)
@@ -132,7 +134,7 @@ impl Study {
         writer.flush().map_err(error)
     }
 
-    /// Returns the line of a task.
+    /// Returns the line that [`write_tasks`](Self::write_tasks) writes for a task.
     pub(super) fn task_line(&self, arm: &Arm, number: u32) -> Result<String, CompareError> {
         let task = arm.task(self.seed, number)?;
         let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
@@ -174,7 +176,7 @@ impl Study {
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
     }
 
-    /// Simulates one run of each cell, that is, of each law under each of the conditions.
+    /// Simulates one run of each cell, that is, of each law on each arm under each of the conditions.
     ///
     /// # Errors
     /// The first error of a simulated run. In practice, no simulated run fails.

@@ -83,7 +83,8 @@ impl Key {
         Self { matched, arm, limits: record.limits, plant, law }
     }
 
-    /// Returns whether the runs of `other` are of the same tasks under the same conditions. The law may differ.
+    /// Returns whether `other` has the same conditions as this key, apart from the law. Then the runs of both cells are of the same
+    /// tasks.
     fn is_beside(&self, other: &Self) -> bool {
         (&self.matched, &self.arm, self.limits, &self.plant)
             == (&other.matched, &other.arm, other.limits, &other.plant)
@@ -109,9 +110,9 @@ pub struct Cell {
     /// settling time of a failed run counts as the horizon. If an end of the interval equals the horizon, the true end is beyond
     /// the horizon.
     pub settling_s: Option<Interval>,
-    /// The number of tasks from which the four medians below are computed: the tasks that settle under every law. Laws under which
-    /// fewer than half of all tasks settle do not count. In the cells of those laws, this number is `None`. If it is 0 or `None`,
-    /// the medians are `None`.
+    /// The number of tasks that settle under every law. The four medians below are computed from these tasks only. Laws under which
+    /// fewer than half of the tasks settle are left out: in their cells, this number and the medians are `None`. If this number is
+    /// 0, the medians are `None` too.
     pub common: Option<usize>,
     /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,

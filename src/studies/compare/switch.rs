@@ -16,12 +16,12 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A servo parameter whose two values are compared.
+/// A servo parameter. A study can run every task with two values of the parameter, and compare the results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Switch {
     /// Whether a stalled arm moves to another configuration: never or always.
     Reconfigure,
-    /// Whether the law has the keep-outs, the arm's body and its joint limits as constraints.
+    /// Whether the law has constraints that keep the arm away from keep-outs, from itself, and from its joint limits.
     Constraints,
     /// Whether the joints of a redundant arm return to the posture in which the motion began.
     Posture,
@@ -85,7 +85,7 @@ impl Study {
         self.switched_cells(switch)?.into_iter().map(row).collect()
     }
 
-    /// Returns a cell for each law on each arm. The cell has the arm with both values of the parameter.
+    /// Returns one cell for each pair of a law and an arm. The cell has the arm twice, once with each value of the parameter.
     pub(super) fn switched_cells(&self, switch: Switch) -> Result<Vec<SwitchedCell>, CompareError> {
         let with = |arm: &Arm, switch: Switch, value: &Value| {
             arm.with([(switch.parameter().to_owned(), value.clone())])
@@ -98,7 +98,8 @@ impl Study {
         self.laws.iter().flat_map(|law| self.arms.iter().map(move |arm| (*law, arm))).map(cell).collect()
     }
 
-    /// Returns how the task `number` ends with both values of the parameter, and whether the arm passes through itself.
+    /// Runs the task `number` with each of the two values of the parameter. Returns how each run ends, and whether the arm passes
+    /// through itself.
     pub(super) fn both_ends(
         &self,
         SwitchedCell { law, ways, body }: &SwitchedCell,
@@ -123,7 +124,7 @@ impl Study {
     }
 }
 
-/// A law on an arm with both values of a parameter.
+/// A law, and an arm twice: once with each of the two values of a parameter.
 pub(super) struct SwitchedCell {
     law: Law,
     ways: [Arm; 2],

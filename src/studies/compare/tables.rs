@@ -124,7 +124,7 @@ pub(super) fn condition(findings: &Findings, matched: Matched, limits: bool) -> 
     Table::new(head, findings.laws().into_iter().filter_map(row))
 }
 
-/// Returns the table of the results of other programs and of the baseline, on the first tasks of each arm.
+/// Returns the table of the results of other programs, and of the baseline on the tasks that these programs have run.
 pub(super) fn peers(findings: &Findings, limits: bool) -> Table {
     let peers = findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
     let row = |Peer { cell, gains }: &Peer| {

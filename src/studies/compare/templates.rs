@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-/// Each text begins after a line `=== name`.
+/// The texts of the page. Each text begins after a line `=== name`.
 const TEMPLATES: &str = include_str!("page_templates.md");
 
-/// The values of the names in the texts.
+/// The values that replace the names in braces in the texts.
 pub(super) type Values = BTreeMap<&'static str, String>;
 
 /// Returns the text `name` with these values; `None` if the text needs a value that is missing.

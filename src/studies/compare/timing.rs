@@ -1,4 +1,4 @@
-//! Measures the time of a step of each law.
+//! Measures the computation time of one step of each law.
 
 use super::{CompareError, Study};
 use dq_kinematics::arm::ArmState;
@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The time that a step of a law takes on this machine.
+/// The time that this machine needs to compute one step of a law: the kinematics, and the joint velocity.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StepTime {
     /// The name of the law.
     pub law: String,
-    /// The time of kinematics and law for the first arm: median, minimum and maximum of nine rounds \[ns\].
+    /// The time of one step on the first arm \[ns\]: median, minimum and maximum of nine measurements.
     pub ns: [f64; 3],
 }
 

@@ -1,4 +1,4 @@
-//! Explains why gains miss their targets. For each such gain, runs its law on the tasks that judge the gains.
+//! Explains why gains miss their targets. For each such gain, runs the law on the tasks on which the study judges its gains.
 
 use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};
@@ -12,18 +12,18 @@ pub struct Unmatched {
     /// The gain, with its target and its value.
     #[serde(flatten)]
     pub gain: Gain,
-    /// The median of the matched quantity with this gain [s or rad/s], with its 95 % interval. A settling time is at most the
-    /// horizon.
+    /// The median of the matched quantity with this gain [s or rad/s], with its 95 % interval. The settling time of a failed task
+    /// counts as the horizon.
     pub median: Interval,
-    /// The median settling times with half an octave less gain and with half an octave more gain \[s\]. If more than half of the
-    /// tasks fail, the time is the horizon. `None` if the gain is for equal peak speed, because the peak speed only grows with the
-    /// gain.
+    /// The median settling times \[s\] with two other gains: this gain divided by √2, and this gain multiplied by √2. They show
+    /// whether the law settles earlier with another gain. `None` if the gain is for equal peak speed, because a peak speed always
+    /// grows with the gain.
     pub beside: Option<[f64; 2]>,
 }
 
 impl Unmatched {
-    /// Returns whether no other gain makes the law settle earlier, so that no gain reaches the target. The law then settles later
-    /// both with less and with more gain.
+    /// Returns whether the law settles earliest with this gain: both with less and with more gain it settles later, or as late. Then
+    /// no gain reaches the target.
     pub fn is_fastest(&self) -> bool {
         self.beside.is_some_and(|beside| beside.iter().all(|median| *median >= self.median.value))
     }

@@ -9,7 +9,7 @@ use dq_kinematics::control::Law;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
-/// The result of a law for the same task with a shifted base.
+/// The result of one simulation of this study: the paper's task under one law, with the base shifted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shifted {
     /// The name of the law.
@@ -46,8 +46,7 @@ const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 /// Returns a figure of several panels. The first panel shows the beginning of diffc's motion, and then there is a panel for each
 /// law. All panels have the same vertical scale.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
-    /// The ends of the time axes \[s\]: of the panels for each law, and of the panel for the beginning of diffc's motion, which is
-    /// over sooner.
+    /// The ends of the time axes \[s\]: first for the panel of each law, then for the panel with the beginning of diffc's motion.
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {
         series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
@@ -70,7 +69,8 @@ fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
     chart("base_shift_deviation", title, &panels.chunks(2).map(<[_]>::to_vec).collect::<Vec<_>>())
 }
 
-/// Runs the law with the base shifted by `shift`. Returns the poses in the frame of the base without a shift.
+/// Runs the law with the arm's base shifted by `shift` along x \[m\]. The returned poses are relative to the arm's own base, so that
+/// runs with different shifts can be compared.
 fn shifted(lab: &Laboratory, law: Law, shift: f64) -> Result<SimulatedRun, PaperError> {
     let place = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(shift, 0.0, 0.0));
     let chain = lab.chain.clone().standing_at(&place);

@@ -1,4 +1,4 @@
-//! Judges the claims of the paper by the results. The text of the evidence depends on the numbers.
+//! Judges the claims of the paper by the results of the simulations. The evidence for each verdict is written from these results.
 
 use super::claim::Claim;
 use super::comparison::Row;
@@ -15,7 +15,7 @@ pub struct Evidence<'a> {
     pub runs: &'a Runs,
     /// The rows of the comparison: diffc with logc's gain, diffc, logc, double_geodesic.
     pub comparison: &'a [Row; 4],
-    /// The figures of logc as the paper integrated it, in task space.
+    /// The numbers of logc's motion when it is integrated in task space, as in the paper.
     pub theirs: &'a TaskSpaceMetrics,
     /// The results of equations 33 to 36.
     pub logarithms: &'a LogarithmEquations,

@@ -4,14 +4,14 @@ use super::claim::Claim;
 use super::{Laboratory, LogarithmEquations, PaperError, PoseEquations};
 use dq_kinematics::arm::ArmState;
 
-/// Numbers that differ by at most this differ only by rounding.
+/// Two numbers count as equal if their difference is at most this. Such a difference comes from rounding.
 const EQUAL: f64 = 1e-12;
 
 /// An eigenvalue counts as 0 if it is below this fraction of the largest eigenvalue.
 const ZERO: f64 = 1e-12;
 
-/// Judges the claim of section 2.3.1 that `J Jᵀ` is positive definite. J is 8×n, so the 8×8 product `J Jᵀ` has at most rank 6.
-/// Errors in the null space of Jᵀ move no joint.
+/// Judges the claim of section 2.3.1 that `J Jᵀ` is positive definite. The product is 8×8, but its rank is at most 6, because a pose
+/// has six degrees of freedom. Errors in the null space of Jᵀ move no joint.
 pub(super) fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError> {
     let mut state = ArmState::new(&lab.chain);
     lab.chain.evaluate(&lab.experiment.theta_initial, &mut state)?;

@@ -20,13 +20,13 @@ pub struct Experiment {
     pub diffc: Diffc,
     /// The constants of the experiment with two arms.
     pub relative_position: RelativePosition,
-    /// The constants of logc as the paper integrated it.
+    /// The constants of logc when it is integrated in task space, as in the paper.
     pub task_space_logc: TaskSpaceGains,
     /// The constants of the comparison of the laws.
     pub comparison: Comparison,
     /// The constants of the task with a shifted base.
     pub base_shift: BaseShift,
-    /// The constants of the task with the goal's other sign.
+    /// The constants of the task whose goal has the opposite quaternion sign.
     pub wrong_sign: WrongSign,
 }
 

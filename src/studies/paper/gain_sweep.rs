@@ -9,7 +9,7 @@ use serde::Serialize;
 /// The gains, as multiples of the law's gain in the comparison.
 const PARTS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 
-/// The result of a law with one of the gains.
+/// The result of one simulation of the gain sweep: one law with one gain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Swept {
     /// The name of the law.

@@ -1,4 +1,4 @@
-//! logc as the paper integrated it for its figures 4, 5 (red) and 9: in task space, on the half-log pair, without an arm.
+//! Integrates logc in task space, as the paper did for its figures 4, 5 (red) and 9: on the half-log pair, without an arm.
 
 use super::simulation::integrate;
 use super::{Laboratory, PaperError};
@@ -22,7 +22,7 @@ pub struct TaskSpaceLogc {
     pub goal: UnitDualQuaternion,
 }
 
-/// The numbers of figure 4.
+/// The numbers that describe a motion in task space, as in figure 4 of the paper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskSpaceMetrics {
     /// The half-log pair at the start \[rad, m\].

@@ -12,7 +12,7 @@ use serde::Serialize;
 /// How far the tool went away from the goal at which it started.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Departure {
-    /// Whether the double-cover rule chose the sign.
+    /// Whether the double-cover rule chose the sign of the goal's quaternion. Otherwise the goal had the opposite sign.
     pub with_rule: bool,
     /// The largest distance from the goal.
     pub largest_distance_mm: f64,
@@ -20,7 +20,7 @@ pub struct Departure {
     pub largest_angle_deg: f64,
 }
 
-/// Simulates the motion without the rule and with it. Returns the results and the figure.
+/// Simulates the motion without the double-cover rule, and then with the rule. Returns the results and the figure.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.
@@ -57,16 +57,17 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
     Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
 }
 
-/// How far the tool is from the goal at which it started, at a time \[s\].
+/// How far the tool is from the goal at which it started, at one time.
 struct Away {
+    /// The time since the start \[s\].
     time: f64,
-    /// The distance \[mm\].
+    /// The distance of the tool from the goal \[mm\].
     distance: f64,
-    /// The angle \[°\].
+    /// The angle between the orientations of the tool and of the goal \[°\].
     angle: f64,
 }
 
-/// Simulates an arm that starts at `goal`.
+/// Simulates diffc on an arm whose tool starts at the pose of `goal`. Returns how far the tool is from the goal at each sample.
 fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<Away>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
     let (arm, duration) = (Arms::one(lab.chain.clone()), lab.experiment.wrong_sign.duration);

@@ -9,8 +9,8 @@ use dq_figures::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time
 use dq_kinematics::control::{Aim, Controller, Map};
 use nalgebra::Vector6;
 
-/// The ranges of the vertical axes of the paper's error plots in figures 1, 3 and 4: from the negative of each number to the
-/// number.
+/// The upper ends of the vertical axes of the paper's error plots in figures 1, 3 and 4. The lower ends are the negatives of these
+/// numbers.
 const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 
 /// The length of the initial part of diffc's motion, which has its own time axis \[s\].
@@ -110,7 +110,7 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
     Ok([figure, chart("fig3_angles", &title, &arms)])
 }
 
-/// Draws logc's motion as the paper integrated it in task space, and as the program runs it through the joints.
+/// Draws two motions of logc: the motion integrated in task space, as in the paper, and the motion simulated through the joints.
 pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     const NAMES: [&str; 6] = [
         "½ rotation x [rad]",

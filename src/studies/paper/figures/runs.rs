@@ -11,7 +11,7 @@ pub struct Runs {
     pub diffc_low: SimulatedRun,
     /// The motion of diffc with logc's gain, as long as in figure 7.
     pub diffc_low_long: SimulatedRun,
-    /// The motion of logc as the paper integrated it.
+    /// The motion of logc when it is integrated in task space, as in the paper.
     pub task_space_logc: TaskSpaceLogc,
     /// The motion of logc through the joints, with one gain for rotation and translation.
     pub logc: SimulatedRun,
