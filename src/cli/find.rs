@@ -164,7 +164,7 @@ impl Search {
     }
 }
 
-/// Rejects `name` if it is the name of a parameter, because a node is expected there.
+/// Rejects `name`, the name of a node, if it is the name of a parameter: the user has left out the node.
 pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
     match parameters.contains(&name) {
         true => Err(Usage(format!(

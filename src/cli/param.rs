@@ -50,7 +50,7 @@ enum Action {
         #[arg(value_name = "WORDS")]
         words: Vec<String>,
     },
-    /// Print all values as a file that --params-file and `param load` read: [NODE]
+    /// Print all values in the format of a parameter file (--params-file, `param load`): [NODE]
     Dump {
         /// The node; /dq_servo if left out
         #[arg(value_name = "NODE")]

@@ -74,8 +74,8 @@ pub(super) struct Sending {
     pub interface: Interface,
     /// The time between two commands.
     pub period: Duration,
-    /// Whether to drop commands that would have to wait behind others. A cycle with a real-time priority needs this, because it may
-    /// run faster than the threads of DDS.
+    /// Whether to drop a command if DDS has not sent the earlier commands yet. A cycle with a real-time priority needs this, because
+    /// the cycle may run faster than the threads of DDS.
     pub in_time: bool,
 }
 

@@ -21,7 +21,7 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Stop reporting the motions of earlier goals. If the settings say that goals follow their frames, report from now on how this
+    /// Stop following the frames of earlier goals. If the settings say that goals follow their frames, report from now on how this
     /// goal moves with its frame.
     Follow(FramedGoal),
     /// Stop reporting how goals move with their frames.
@@ -49,13 +49,13 @@ pub(super) struct Frames {
     reports: mpsc::Receiver<Report>,
     /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
-    /// The goals up to this number have ended, so their answers are discarded.
+    /// The goals up to this number have ended. If the listener still sends their poses, the cycle discards them.
     over: u64,
     /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
-    /// The latest motion of the goal that is followed, until the cycle takes it.
+    /// The latest motion of the followed goal with its frame; `None` once the cycle has taken it.
     motion: Option<FrameMotion>,
-    /// The last sensor frame that was found, until the cycle takes it.
+    /// The last sensor frame that was found; `None` once the cycle has taken it.
     sensor: Option<(String, SensorFrame)>,
 }
 

@@ -28,8 +28,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The duration of the trajectory that stops the arm.
 const STAND: Duration = Duration::from_millis(20);
 
-/// How long the guard waits after the request to end, before it logs that the arm still needs the guard. Without this wait, the end
-/// of every launch would log it: the servo and the guard end together, and the servo still sends a few commands.
+/// How long the guard waits after the request to end, before it logs that the arm still needs the guard. Without this wait, it would
+/// log this at the end of every launch: servo and guard end together, and the servo still sends a few commands.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.

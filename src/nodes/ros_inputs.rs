@@ -136,7 +136,7 @@ pub(super) struct RosInputs {
     goal_frame: String,
     taken_frame: TakenFrame,
     twists: Subscription<TwistStamped>,
-    /// `None` for two arms, and if the keystore does not grant access to the topic.
+    /// The input of measured wrenches; `None` for two arms, and if the keystore does not grant access to the topic.
     wrenches: Option<WrenchInput>,
     /// The last messages. The next messages are decoded into them.
     goal: PoseStamped,
@@ -237,8 +237,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the time of the joint states in use. For two arms this is the older of two times, so that no part of the pose is
-    /// older than its stamp.
+    /// Returns the time of the joint states in use, which is the stamp of the pose. For two arms, this is the time of the older
+    /// joint state.
     pub fn stamp(&self) -> Time {
         let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
         oldest.cloned().unwrap_or_default()

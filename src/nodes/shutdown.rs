@@ -6,7 +6,7 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::watch;
 
-/// The time within which the arm should come to rest. After this time zeros are sent even if the arm moves.
+/// The longest time from the request to stop until the arm is at rest. After this time, the node sends zeros even if the arm moves.
 pub(super) const LONGEST_DECELERATION: Duration = Duration::from_secs(2);
 
 /// The shortest time for which zeros are sent. RustDDS sends messages from its own thread, which ends with the participant, so zeros

@@ -73,7 +73,7 @@ pub(super) struct RunReader {
     fastest: Vec<f64>,
     /// Checks for overlaps of the arm with keep-outs and with itself; `None` if constraints are off.
     gaps: Option<Gaps>,
-    /// Whether the parameters have changed the tool since the last sample.
+    /// Whether a change of the parameters has changed the tool offset or the arm's kinematics since the last sample.
     tool_changed: bool,
     law: Option<String>,
     state: Option<String>,

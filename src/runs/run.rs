@@ -30,9 +30,9 @@ pub struct RecordedRun {
     /// The clearances that the servo reported \[m\], with their times. A clearance is the smallest distance between two parts of
     /// the scene. NaN means that no two parts were near each other.
     pub clearances: Thinned<(f64, f64)>,
-    /// Every keep-out that the run ever had, with the shape that it had first.
+    /// All keep-outs of the run. Each has the first of its shapes, even if its shape changed later.
     pub keep_outs: Vec<KeepOut>,
-    /// Every keep-in that the run ever had, with the shape that it had first.
+    /// All keep-ins of the run. Each has the first of its shapes, even if its shape changed later.
     pub keep_ins: Vec<KeepOut>,
     /// The first overlap of the arm with a keep-out or with itself, and its time. Overlaps that exist from the start are ignored.
     pub inside: Option<(f64, Violation)>,

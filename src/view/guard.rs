@@ -25,7 +25,7 @@ pub(super) enum Refusal {
 /// An admitted browser.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Guest {
-    /// The server's name in the request.
+    /// The `Host` header of the request: the server's name, and its port if the browser sent one.
     pub host: String,
     /// The cookie that stores the token, if the browser sent the token in the address.
     pub cookie: Option<HeaderValue>,

@@ -22,8 +22,7 @@ pub(super) struct Corner {
 /// The number of sides with which cylinders and balls are drawn.
 const SIDES: usize = 32;
 
-/// Two corners with equal keys are merged into one. A key consists of the corner's cell, its normal rounded to quarters, and its
-/// color.
+/// The key of a corner: the corner's cell, its normal rounded to quarters, and its color. Corners with equal keys are merged.
 type CornerKey = ([i32; 3], [i8; 3], [u8; 3]);
 
 /// Triangles with shared corners.

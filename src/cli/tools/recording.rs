@@ -1,4 +1,4 @@
-//! `--record DIR`: a bag of the motions that the command makes.
+//! Records the motions of a command into a bag: the option `--record DIR`.
 
 use super::super::recording::{Recorder, Selection};
 use crate::cli::error::Incomplete;

@@ -297,7 +297,8 @@ fn position_limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
     [limit(|limits| &limits.lower), limit(|limits| &limits.upper)].concat()
 }
 
-/// Returns the figure of the clearance, with a line at the distance that constraints keep.
+/// Returns the figure of the smallest distance between two parts of the scene. A dashed line shows [`CLEARANCE`], the distance that
+/// the servo's constraints keep.
 pub(super) fn clearance(runs: &[StyledRun]) -> Figure {
     let curve = |drawn: &StyledRun| {
         let points = drawn.run.clearances.iter().map(|(time, clearance)| (*time, 1e3 * clearance));
