@@ -75,7 +75,7 @@ enum Command {
     Pause(find::Targets),
     /// Let a paused servo continue
     Resume(find::Targets),
-    /// Let a stalled arm go to the other configuration that was found, from which it can reach the goal
+    /// Let a stalled arm go to the configuration that the servo found, from which it can reach the goal
     Reconfigure(find::Targets),
     /// Put the simulated arm back to its start
     Reset(find::Targets),

@@ -29,7 +29,7 @@ enum Action {
         #[arg(value_name = "NODE")]
         words: Vec<String>,
     },
-    /// Print a value, and a text without quotes: [NODE] NAME
+    /// Print a value; a text is printed without quotes: [NODE] NAME
     #[command(override_usage = "dq_servo param get [NODE] NAME")]
     Get {
         /// The node (/dq_servo if left out) and the parameter

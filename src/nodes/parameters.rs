@@ -8,7 +8,7 @@ use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
 use std::marker::PhantomData;
 
-/// A node's names and checked parameters. To start a node from them, only the network is needed.
+/// A node's names and checked parameters, from which the node can start.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,

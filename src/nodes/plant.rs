@@ -84,7 +84,7 @@ impl PlantNode {
         Ok(Self { cycle, _node: node })
     }
 
-    /// Returns whether the cycle is running. While this value exists, only a panic ends the cycle.
+    /// Returns whether the cycle is running. It runs until this value is dropped, unless it panics.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }

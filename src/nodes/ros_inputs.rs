@@ -244,7 +244,8 @@ impl RosInputs {
         oldest.cloned().unwrap_or_default()
     }
 
-    /// Returns the next step of the shutdown in progress. Without a shutdown, this is [`Step::Decelerate`]: send the servo's command.
+    /// Returns the next step of the shutdown. If no shutdown is in progress, returns [`Step::Decelerate`], so that the cycle sends the
+    /// servo's command as usual.
     pub fn shutdown_step(&mut self, servo: &Servo) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
         if servo.output().is_none() {
@@ -448,7 +449,7 @@ impl RosInputs {
         reject_malformed(servo, malformed);
     }
 
-    /// Gives the servo every joint goal.
+    /// Gives the servo every received joint goal, not only the newest.
     fn joint_goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, joint_goals, goal_senders, shutdown, .. } = self;
         let Self { frames, taken_frame, goal_count, record, rejected, .. } = self;

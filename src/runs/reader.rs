@@ -24,7 +24,7 @@ const POINTS: usize = 1 << 15;
 
 /// The largest number of stored changes of goal, law and state.
 const CHANGES: usize = 1 << 13;
-/// The largest number of laws, each of which has a curve.
+/// The largest number of periods under one law that are stored. Each of them has a curve of its own.
 const LAWS: usize = 1 << 9;
 
 /// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].

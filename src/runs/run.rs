@@ -94,7 +94,7 @@ pub struct ArmCommands {
     pub first_joint: usize,
     /// The velocities [rad/s, prismatic: m/s].
     pub velocities: Thinned<(f64, Vec<f64>)>,
-    /// The positions \[rad, prismatic: m\]. NaN separates sequences of positions that do not continue each other.
+    /// The positions \[rad, prismatic: m\]. An entry of NaN stands for a pause in which the servo sent nothing.
     pub positions: Thinned<(f64, Vec<f64>)>,
 }
 

@@ -47,7 +47,8 @@ pub(super) struct Guard {
 pub(super) const SHORTEST_TOKEN: usize = 16;
 
 impl Guard {
-    /// Creates the access control of a server at `address`, which was requested as `name`, with this token.
+    /// Creates the access control of a server that listens on `address`. `name` is the name or address that the user gave for it.
+    /// Browsers need this token.
     pub fn new(name: &str, address: SocketAddr, token: String) -> Self {
         Self { name: name.to_ascii_lowercase(), loopback: address.ip().is_loopback(), token }
     }

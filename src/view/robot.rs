@@ -54,7 +54,7 @@ impl Robot {
         self.kind.joint_names(&self.typed.joints)
     }
 
-    /// Returns the farthest distance from the origin of the base frame that the arms reach \[m\]. A prismatic joint without limits
+    /// Returns the largest distance from the origin of the base frame that the arms can reach \[m\]. A prismatic joint without limits
     /// counts as fixed at 0.
     pub fn reach(&self) -> f64 {
         reach(self.chains(), &self.typed.settings.limits)

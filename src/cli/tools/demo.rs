@@ -36,7 +36,7 @@ pub(in crate::cli) struct Demo {
     dual: bool,
     #[command(flatten)]
     arm: RobotChoice,
-    /// Show the arm in a browser until ctrl-C: it moves to the goal once the page is open, and then wherever you send it
+    /// Show the arm in a browser until ctrl-C. The arm moves to the goal once the page is open; then you can send it goals
     #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
     /// Address and port of the page; port 0: any free one. With 0.0.0.0:8123, other hosts can open the page
@@ -151,8 +151,8 @@ async fn one_arm(
     }
 }
 
-/// Prints the link of the page. On a terminal, then waits until a browser connects, the enter key is pressed, or one minute has
-/// passed.
+/// Prints the link of the page. If a user can press keys, waits until a browser connects, the enter key is pressed, or
+/// [`INVITATION`] has passed.
 async fn invite(page: &Page) {
     let Some(pressed) = enter::pressed() else {
         return stderr::line(format!("watch the arm move: {}", page.link));
