@@ -80,7 +80,7 @@ pub(super) enum Error {
     /// A signal ended the command.
     #[error("interrupted")]
     Interrupted,
-    /// Any other failure, in the words that the user reads.
+    /// Any other failure, with the text that the user reads.
     #[error("{0}")]
     Failed(String),
 }

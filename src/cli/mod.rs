@@ -63,7 +63,7 @@ enum Command {
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
-    /// Run the guard, which stops the arm if the servo's commands cease while it moves
+    /// Run the guard, which stops a moving arm if the servo's commands cease
     #[command(after_long_help = help::node::<GuardParameters>(|all| all.guard, &[]))]
     Guard(arm::RobotChoice),
     /// Send the arm to a pose and wait until it has arrived
@@ -86,7 +86,7 @@ enum Command {
     /// List, get, set, describe, dump or load a running node's parameters
     #[command(after_long_help = help::PARAM)]
     Param(param::Param),
-    /// Print the permissions of an enclave of a secured graph; launch_scripts/dq_servo_keystore.sh signs it
+    /// Print the permissions of an enclave of a secured graph; launch_scripts/dq_servo_keystore.sh signs them
     #[command(hide = true)]
     Permissions(permissions::Permissions),
     /// Print the completions for a shell: dq_servo completions bash > ~/.local/share/bash-completion/completions/dq_servo

@@ -134,8 +134,8 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// Ends the motion of goals with their frames, for the goals up to this number. Goals whose poses are still looked up get their
-    /// answers nevertheless.
+    /// Stops following the frames of the goals up to this number: these goals no longer move. The listener still answers the requests
+    /// for the poses of goals.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {

@@ -71,10 +71,10 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, joint_states, node })
     }
 
-    /// Waits until the arm no longer needs the guard, and then ends the node. At the end of a launch, for example, the guard may be
-    /// asked to end just after the servo was killed.
+    /// Waits until the arm no longer needs the guard, and then ends the node. If the servo was killed just before, for example at the
+    /// end of a launch, the guard still stops the arm.
     ///
-    /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
+    /// Returns false if the arm was still commanded to move after the longest time that the shutdown of a servo takes.
     pub async fn shut_down(mut self) -> bool {
         if tokio::time::timeout(SERVO_ENDS, self.needed.wait_for(|needed| !needed)).await.is_err() {
             self.node
@@ -91,7 +91,7 @@ impl GuardNode {
         self.joint_states.publishers() == 0
     }
 
-    /// Returns whether the guard is watching. While this value exists, only a panic ends the guard.
+    /// Returns whether the guard is running. It runs until this value is dropped, unless it panics.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }

@@ -328,8 +328,8 @@ fn describe_rows(
     Ok((Description { arm, beside: Vec::new() }, text))
 }
 
-/// Returns the transform from a joint's parent link to its child link at the start position. Only frames in TF have the frame
-/// prefix, because users of the description add the prefix themselves.
+/// Returns the transform from a joint's parent link to its child link at the start position. Both names get the frame prefix. The
+/// names in the robot description have no prefix, because its users add the prefix themselves.
 fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
         header: clock.header(&format!("{frame_prefix}{}", joint.parent)),

@@ -30,9 +30,9 @@ const LAWS: usize = 1 << 9;
 /// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].
 const LATE: f64 = 1.0;
 
-/// After a pause in which the servo sent nothing, the curve of commanded positions breaks this long before the next command's cycle
-/// \[s\]. This time is shorter than any pause, but longer than the difference between the recorded times of a command and of its
-/// cycle.
+/// The curve of commanded positions breaks if the servo sent nothing for a while. The curve breaks this long before the cycle that
+/// ends the pause \[s\]. This time is shorter than any pause. But it is longer than the recorded times of a command and of its cycle
+/// differ.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// Times count from the first motion of the shown part of a run. That motion may begin at most this long before the first joint

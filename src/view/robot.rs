@@ -1,4 +1,4 @@
-//! The data that seldom change: the arm and the servo's parameters.
+//! The arm and the servo's parameters, which the page shows and which seldom change.
 
 use super::arm_shape::Model;
 use super::parameters::Entry;
