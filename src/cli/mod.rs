@@ -97,7 +97,7 @@ enum Command {
     Tools(tools::Command),
 }
 
-/// The services of a servo, for its help. Those of a servo for one arm come last.
+/// The services of a servo, for its help. Only a servo for one arm has the last two.
 const OF_SERVOS: [(&str, &str); 6] = [
     ("~/pause", "std_srvs/srv/SetBool: true decelerates and holds, false goes on"),
     ("~/stop", "std_srvs/srv/Trigger: decelerates and drops the goal"),

@@ -14,7 +14,7 @@ use dq_ros::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
 };
 
-/// List, get, set or describe a running node's parameters
+/// List, get, set, describe, dump or load a running node's parameters
 #[derive(clap::Args)]
 pub(super) struct Param {
     #[command(subcommand)]
@@ -156,7 +156,7 @@ impl Param {
     }
 }
 
-/// Returns the error `why`. If the target is not running, the error names our running nodes.
+/// Returns the error `why`. If the node `target` is not running, the error names the running nodes of this program.
 fn explain(why: Error, node: &Node, target: &str) -> Error {
     let is_there = node.services().contains(&format!("{target}/list_parameters"));
     if is_there || !matches!(why, Error::Ros(RosError::Service { .. })) {

@@ -153,13 +153,14 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Sensor(frame.to_owned()));
     }
 
-    /// Returns the name and the pose of the sensor frame that was found last, but only once. Before this, call
-    /// [`answer`](Self::answer) until it returns `None`.
+    /// Returns the name and the pose of the last sensor frame that was found. Returns each frame once. First call
+    /// [`answer`](Self::answer) until it returns `None`, because that call receives the frames too.
     pub fn sensor(&mut self) -> Option<(String, SensorFrame)> {
         self.sensor.take()
     }
 
-    /// Returns the next answer that has arrived.
+    /// Returns the next answer about the pose of a goal; `None` if no further answer has arrived. Stores received motions and sensor
+    /// frames for [`motion`](Self::motion) and [`sensor`](Self::sensor).
     pub fn answer(&mut self) -> Option<Answer> {
         loop {
             match self.reports.try_recv().ok()? {
@@ -173,7 +174,8 @@ impl Frames {
         }
     }
 
-    /// Returns the latest motion of the followed goal. Before this, call [`answer`](Self::answer) until it returns `None`.
+    /// Returns the latest motion of the followed goal with its frame, once. First call [`answer`](Self::answer) until it returns
+    /// `None`, because that call receives the motions too.
     pub fn motion(&mut self) -> Option<FrameMotion> {
         self.motion.take()
     }

@@ -176,10 +176,10 @@ fn subscribe(
     Ok(with_command!(interface, M => Box::new(node.subscription::<M>(contract, topic)?)))
 }
 
-/// Transforms are published at 50 Hz.
+/// The interval at which transforms are published (50 Hz).
 const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Diagnostics are published at 1 Hz.
+/// The interval at which diagnostics are published (1 Hz).
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 
 impl Cycle {

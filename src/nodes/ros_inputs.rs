@@ -130,7 +130,7 @@ pub(super) struct RosInputs {
     inbox: Receiver<Request>,
     searcher: Searcher,
     goals: Subscription<PoseStamped>,
-    /// `None` if the keystore does not grant access to the topic.
+    /// The input of joint goals; `None` if the keystore does not grant access to the topic.
     joint_goals: Option<JointGoals>,
     frames: Option<Frames>,
     goal_frame: String,

@@ -17,7 +17,7 @@ pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 const LONGEST_FINAL_ZEROS: Duration = Duration::from_millis(500);
 
 /// How long to wait until the cycle ends: [`LONGEST_DECELERATION`], [`LONGEST_FINAL_ZEROS`] and one second. A cycle that takes
-/// longer hangs.
+/// longer counts as hanging.
 pub(super) const PATIENCE: Duration = Duration::from_millis(3500);
 
 /// Joint speeds up to this [rad/s, prismatic: m/s] are noise of a robot that stands still.

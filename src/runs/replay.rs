@@ -170,7 +170,8 @@ impl Running {
 
 /// Returns the settings with the keep-outs `drawn`, which the bag has from `~/keep_out`.
 ///
-/// # Errors [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.
+/// # Errors
+/// [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.
 fn with_drawn(settings: &Settings, drawn: &[String]) -> Result<Settings, RunError> {
     let parse =
         |text: &String| text.parse().map_err(|why| RunError::KeepOut { keep_out: shown(text, NAME), why });

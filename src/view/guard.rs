@@ -85,8 +85,8 @@ impl Guard {
         self.token.len() == given.len() && difference == 0
     }
 
-    /// Checks the headers of a request, and returns the `Host`. When a script opens a WebSocket, its browser always sends the
-    /// script's `Origin`. Other programs need not send an `Origin`.
+    /// Checks the headers of a request, and returns the `Host`. An `Origin` must name this server. A request without `Origin` passes:
+    /// it cannot come from another page's script, because browsers always send the `Origin` of a script that opens a WebSocket.
     fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
         let host = single(headers, HOST).filter(|host| self.is_ours(host)).ok_or(Refusal::Host)?;
         match headers.contains_key(ORIGIN) {

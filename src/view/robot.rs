@@ -135,7 +135,7 @@ impl Robot {
     }
 }
 
-/// Returns the farthest distance from the origin that arms with these limits reach \[m\].
+/// Returns the largest distance from the origin of the base frame that arms with these limits can reach \[m\].
 pub(super) fn reach<'a>(arms: impl IntoIterator<Item = &'a Chain>, limits: &Limits) -> f64 {
     let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
     let ranges = limits.position.ranges();

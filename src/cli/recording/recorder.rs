@@ -62,8 +62,8 @@ impl Recorder {
     }
 
     /// Waits up to `patience` until the recorder subscribes to all these topics and each has a publisher. Returns whether this is
-    /// so. A publisher may take some milliseconds more to discover the recorder. A publisher that must lose no message waits for
-    /// its readers.
+    /// so. A publisher may discover the recorder some milliseconds later. To lose no message, the publisher must itself wait for a
+    /// subscriber.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }

@@ -308,7 +308,7 @@ fn table(Played { motions, joints }: &Played) -> String {
 /// command timeout.
 const BUSY: f64 = 25_000.0;
 
-/// Returns a note for a table whose cycles woke late by up to `latest` [µs].
+/// Returns a note below a table of motions if the servo's latest wake-up came more than [`BUSY`] late. `latest` is its delay [µs].
 fn busy(latest: f64) -> &'static str {
     if latest > BUSY { "\nThis machine was busy: the figures are others when it is idle." } else { "" }
 }

@@ -6,7 +6,7 @@ use dq_core::servo::{Interface, Measured, State};
 use dq_kinematics::control::Law;
 use std::time::Duration;
 
-/// The longest motion that is worth watching.
+/// The longest duration of a motion in the demo.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The goals to try. Each number is a fraction of the joints' path from the start to the farthest goal. The rehearsal uses the
