@@ -6,7 +6,7 @@ use dq_messages::messages::Time;
 use dq_wire::{MotionReport, Outcome, StatusReport};
 use std::time::{Duration, Instant};
 
-/// If the servo has not driven the arm toward the goal for this time, the command gives up: the servo waits for another request.
+/// The command gives up if the servo has not driven the arm toward the goal for this long, for example because the servo is paused.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The longest time until the servo accepts or rejects a goal message. After this time, the message is lost. A goal waits for its

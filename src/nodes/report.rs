@@ -1,5 +1,5 @@
 //! The report of a servo node: everything that the node publishes and logs other than the commands. The report runs on its own
-//! thread, and reads the snapshots that the cycle leaves.
+//! thread, and reads the snapshots that the cycle sends.
 
 use super::arm_input::{JointStates, unheard};
 use super::complaint::WarningOnChange;

@@ -370,7 +370,7 @@ impl RosInputs {
         self.unfollow();
     }
 
-    /// Gives the servo the goals whose frames were found, and rejects the goals whose frames were not found.
+    /// Gives the servo the goals whose lookup in TF succeeded, and rejects the goals whose lookup failed.
     fn located_goals(&mut self, servo: &mut Servo) {
         let Self {
             clocks: Clocks { now, .. },

@@ -1,4 +1,4 @@
-//! Snapshots that a cycle leaves for the report. The report formats, publishes and logs them on its own thread.
+//! The snapshots that the cycle sends to the report. The report formats, publishes and logs them on its own thread.
 
 use super::ros_inputs::{RejectedGoal, RosInputs};
 use super::throttle::Throttle;

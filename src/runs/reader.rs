@@ -232,7 +232,7 @@ impl RunReader {
         first..first + self.parameters.joints[arm].names().len()
     }
 
-    /// Returns whether no two joints have the same name. Then the joint states of all arms may come on one topic.
+    /// Returns whether all joint names differ, so that one topic may carry the joint states of all arms.
     pub fn shares_topic(&self) -> bool {
         let mut names = HashSet::new();
         self.parameters.joints.iter().flat_map(JointOrder::names).all(|name| names.insert(name))

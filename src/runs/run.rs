@@ -34,7 +34,8 @@ pub struct RecordedRun {
     pub keep_outs: Vec<KeepOut>,
     /// All keep-ins of the run. Each has the first of its shapes, even if its shape changed later.
     pub keep_ins: Vec<KeepOut>,
-    /// The first overlap of the arm with a keep-out or with itself, and its time. Overlaps that exist from the start are ignored.
+    /// The time and the kind of the first overlap of the arm with a keep-out or with itself. Overlaps that exist from the start are
+    /// ignored.
     pub inside: Option<(f64, Violation)>,
     /// The deviations of the cycles from their period \[ms\], with their times. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,

@@ -1,7 +1,7 @@
 //! Access control: checks Host, Origin and token.
 //!
-//! A page of another site can make a visitor's browser connect to this server. For this, the site resolves one of its own names to
-//! this host (DNS rebinding). But such a page cannot send the name of this host in `Host`, and cannot remove its own `Origin`.
+//! A page of another site can make a visitor's browser connect to this server, if the site resolves one of its names to this host
+//! (DNS rebinding). But then the browser sends the name and the origin of that site in `Host` and `Origin`.
 
 use hyper::header::{COOKIE, HOST, HeaderName, HeaderValue, ORIGIN};
 use hyper::{HeaderMap, Uri};

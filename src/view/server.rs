@@ -33,7 +33,7 @@ const MOST_GUESTS: usize = 64;
 /// The largest number of sessions.
 const MOST_VIEWERS: usize = 32;
 
-/// The time after which the server closes a connection without the token, so that such connections leave room for browsers with the
+/// The time after which the server closes a connection without the token, so that such connections do not block browsers with the
 /// token. The time is long enough to retransmit a lost packet.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 

@@ -62,7 +62,7 @@ impl Surface {
     }
 }
 
-/// Returns the triangles of a shape that is not a mesh. The shape's origin is at 0.
+/// Returns the triangles of a shape in the shape's own frame; empty for a mesh.
 pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
     match *shape {
         Shape::Mesh { .. } => Vec::new(),

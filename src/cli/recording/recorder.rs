@@ -115,7 +115,7 @@ impl Recorder {
     }
 }
 
-/// How long the receivers may still take messages that have arrived when the recording ends.
+/// How long the receivers continue after the request to end the recording, to take the messages that have already arrived.
 const LAST_TAKE: Duration = Duration::from_millis(100);
 
 /// The QoS of a subscription.

@@ -243,7 +243,7 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> crate::cli::R
     nodes.perform(play, signals).await
 }
 
-/// Prepares the paper's two arms and their servo, the initial pose of the right tool relative to the left one, and the goal.
+/// Prepares the paper's two arms and their servo. The start and the goal are poses of the right tool relative to the left tool.
 fn two_arm_scene<'a>(setting: &Setting<'a>) -> crate::cli::Result<Scene<'a>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<ServoParameters>::from(Prepared::<DualParameters>::new(setting.ros_args)?);
