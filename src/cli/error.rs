@@ -80,7 +80,7 @@ pub(super) enum Error {
     /// A signal ended the command.
     #[error("interrupted")]
     Interrupted,
-    /// Any other failure, in the words that the user reads.
+    /// Any other failure, with the text that the user reads.
     #[error("{0}")]
     Failed(String),
 }
@@ -107,8 +107,8 @@ pub(super) struct NetworkLost(pub NetworkEnd);
 const OLD_ENCLAVE: &str = "; launch_scripts/dq_servo_keystore.sh replaces an enclave of an earlier version once its folder is removed";
 
 impl Error {
-    /// Returns the exit code: 1 failure, 2 invalid arguments or environment, 3 an incomplete recording, 4 a lost network. A reader
-    /// that closed stdout is not a failure: 0.
+    /// Returns the exit code: 0 if the reader of stdout closed it, 2 for invalid arguments or environment, 3 for an incomplete
+    /// recording, 4 for a lost network, and 1 for any other failure.
     pub fn exit_code(&self) -> u8 {
         let usage = |is_usage| if is_usage { 2 } else { 1 };
         match self {

@@ -1,5 +1,6 @@
 //! Exit codes: 0 success; 1 failure, including a panic; 2 invalid arguments or environment; 3 success, but a recording lacks
-//! messages; 4 the network was lost or came late, so that a restart helps. For each code except 0, a line on stderr says why.
+//! messages; 4 the network was lost, or this host got an address after the start. After 4, start the program again. For each code
+//! except 0, a line on stderr says why.
 
 use super::error::Result;
 use dq_ros::{log_file, stderr};

@@ -131,8 +131,8 @@ impl Search {
         }
     }
 
-    /// Returns whether the node `name` is a target. The simulated arms of a servo for two arms are in the namespaces `left` and `right`
-    /// below that of the servo, so both are targets too.
+    /// Returns whether the node `name` is a target. The simulated arms of a servo for two arms are targets too: their namespaces are
+    /// `left` and `right` below the servo's namespace.
     fn is_meant(&self, name: &str) -> bool {
         let namespace = name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
         let ours = self.namespace.trim_end_matches('/');
@@ -164,7 +164,7 @@ impl Search {
     }
 }
 
-/// Rejects `name` if it is the name of a parameter, because a node is expected there.
+/// Rejects `name`, the name of a node, if it is the name of a parameter: the user has left out the node.
 pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
     match parameters.contains(&name) {
         true => Err(Usage(format!(

@@ -49,7 +49,7 @@ pub(super) struct Goal {
     /// Give up after this many seconds
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS", allow_negative_numbers = true)]
     timeout: f64,
-    /// Keep the goal in force if this command gives up or is interrupted; by default it is withdrawn, and the arm stops
+    /// Keep the goal in force if this command gives up or is interrupted; by default the goal is withdrawn, and the arm stops
     #[arg(long)]
     keep_going: bool,
     /// Record the motion into a rosbag2 directory that does not exist yet

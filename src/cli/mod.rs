@@ -63,7 +63,7 @@ enum Command {
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
-    /// Run the guard, which stops the arm if the servo's commands cease while it moves
+    /// Run the guard, which stops a moving arm if the servo's commands cease
     #[command(after_long_help = help::node::<GuardParameters>(|all| all.guard, &[]))]
     Guard(arm::RobotChoice),
     /// Send the arm to a pose and wait until it has arrived
@@ -75,7 +75,7 @@ enum Command {
     Pause(find::Targets),
     /// Let a paused servo continue
     Resume(find::Targets),
-    /// Let a stalled arm go to the other configuration that was found, from which it can reach the goal
+    /// Let a stalled arm go to the configuration that the servo found, from which it can reach the goal
     Reconfigure(find::Targets),
     /// Put the simulated arm back to its start
     Reset(find::Targets),
@@ -86,7 +86,7 @@ enum Command {
     /// List, get, set, describe, dump or load a running node's parameters
     #[command(after_long_help = help::PARAM)]
     Param(param::Param),
-    /// Print the permissions of an enclave of a secured graph; launch_scripts/dq_servo_keystore.sh signs it
+    /// Print the permissions of an enclave of a secured graph; launch_scripts/dq_servo_keystore.sh signs them
     #[command(hide = true)]
     Permissions(permissions::Permissions),
     /// Print the completions for a shell: dq_servo completions bash > ~/.local/share/bash-completion/completions/dq_servo
@@ -97,7 +97,7 @@ enum Command {
     Tools(tools::Command),
 }
 
-/// The services of a servo, for its help. Those of a servo for one arm come last.
+/// The services of a servo, for its help. Only a servo for one arm has the last two.
 const OF_SERVOS: [(&str, &str); 6] = [
     ("~/pause", "std_srvs/srv/SetBool: true decelerates and holds, false goes on"),
     ("~/stop", "std_srvs/srv/Trigger: decelerates and drops the goal"),

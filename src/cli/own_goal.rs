@@ -6,10 +6,11 @@ use dq_messages::messages::Time;
 use dq_wire::{MotionReport, Outcome, StatusReport};
 use std::time::{Duration, Instant};
 
-/// If the servo has not driven the arm toward the goal for this time, the command gives up: the servo waits for another request.
+/// The command gives up if the servo has not driven the arm toward the goal for this long, for example because the servo is paused.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Within this time a goal message is taken, rejected, or lost. No servo lets a goal wait for its frame for more than 2 s.
+/// The longest time until the servo accepts or rejects a goal message. After this time, the message is lost. A goal waits for its
+/// frame for at most 2 s.
 const TO_BE_TAKEN: Duration = Duration::from_millis(2500);
 
 /// A goal message to which there is no response is sent again after this time, because messages can be lost.
@@ -60,8 +61,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Returns true if `report` shows that the servo has this goal, or may still take it if nobody stops the servo. Returns false
-    /// if the servo no longer has the goal, or can no longer take it. Returns `None` if the report does not show this yet.
+    /// Returns true if `report` shows that this goal is in force, or may still come into force unless someone stops the servo. Returns
+    /// false if the goal is no longer in force, or can no longer come into force. Returns `None` if the report does not show this yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);
@@ -75,7 +76,7 @@ impl OwnGoal {
         (self.in_frame && is_free).then_some(true)
     }
 
-    /// Returns the longest time until the goal message is certainly taken, rejected, or lost.
+    /// Returns the remaining time in which the servo may still accept or reject the goal message.
     pub fn open_for(&self) -> Duration {
         TO_BE_TAKEN.saturating_sub(self.last_sent.elapsed())
     }

@@ -14,7 +14,7 @@ use dq_ros::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
 };
 
-/// List, get, set or describe a running node's parameters
+/// List, get, set, describe, dump or load a running node's parameters
 #[derive(clap::Args)]
 pub(super) struct Param {
     #[command(subcommand)]
@@ -29,7 +29,7 @@ enum Action {
         #[arg(value_name = "NODE")]
         words: Vec<String>,
     },
-    /// Print a value, and a text without quotes: [NODE] NAME
+    /// Print a value; a text is printed without quotes: [NODE] NAME
     #[command(override_usage = "dq_servo param get [NODE] NAME")]
     Get {
         /// The node (/dq_servo if left out) and the parameter
@@ -50,7 +50,7 @@ enum Action {
         #[arg(value_name = "WORDS")]
         words: Vec<String>,
     },
-    /// Print all values as a file that --params-file and `param load` read: [NODE]
+    /// Print all values in the format of a parameter file (--params-file, `param load`): [NODE]
     Dump {
         /// The node; /dq_servo if left out
         #[arg(value_name = "NODE")]
@@ -156,7 +156,7 @@ impl Param {
     }
 }
 
-/// Returns the error `why`. If the target is not running, the error names our running nodes.
+/// Returns the error `why`. If the node `target` is not running, the error names the running nodes of this program.
 fn explain(why: Error, node: &Node, target: &str) -> Error {
     let is_there = node.services().contains(&format!("{target}/list_parameters"));
     if is_there || !matches!(why, Error::Ros(RosError::Service { .. })) {

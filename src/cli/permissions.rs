@@ -139,8 +139,8 @@ impl Enclave {
         Ok(())
     }
 
-    /// Returns the permissions document of DDS Security. Its validity ends after that of the certificate, so that only the
-    /// certificate's end limits the use.
+    /// Returns the permissions document of DDS Security. The document remains valid longer than the certificate, so that only the
+    /// certificate can expire.
     fn xml(&self) -> String {
         let topics = |names: &BTreeSet<String>| {
             names.iter().map(|name| format!("            <topic>{name}</topic>\n")).collect::<String>()

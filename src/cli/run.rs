@@ -90,8 +90,8 @@ pub(super) async fn guard(ros_args: &RosArgs) -> super::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network. While `waits` returns true,
-/// also returns an error if this host got an address after the process had started. The process does not use such an address.
+/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network. The process does not use an
+/// address that this host gets after the start of the process. Such an address is an error too while `waits` returns true.
 pub(super) async fn until(
     signals: &mut Signals,
     waits: impl Fn() -> bool,

@@ -27,7 +27,7 @@ const IGNORED: [process::Signal; 8] = [
     process::Signal::XFSZ,
 ];
 
-/// The real-time signals, whose meaning is agreed between programs.
+/// The real-time signals, which are ignored too. They have no standard meaning.
 const REAL_TIME: RangeInclusive<i32> = 34..=64;
 
 /// Ignores the signals that are not meant to end a command, but would end it by default.
@@ -42,7 +42,8 @@ pub(super) fn ignore_others() -> io::Result<()> {
     kinds.try_for_each(|kind| signal(SignalKind::from_raw(kind)).map(drop))
 }
 
-/// Signals that arrive within this time count as one: `timeout` signals its child, and then the child's group.
+/// Signals that arrive within this time count as one. For example, coreutils `timeout` signals its child twice: first the process,
+/// then its process group.
 const TOGETHER: Duration = Duration::from_millis(20);
 
 impl Signals {

@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
-/// When the spinner is dropped, the longest time to wait until its thread has cleared the line.
+/// The longest time that dropping a [`Spinner`] waits until the spinner's thread has cleared the line.
 const LAST_DRAWING: Duration = Duration::from_millis(200);
 
 /// A progress line. It is cleared when this value is dropped.

@@ -122,8 +122,8 @@ impl<M: Message + Clone> Watch<M> {
         }
     }
 
-    /// Returns whether the servo has the last goal that this client sent, or may still take it. Returns `None` if no report of the
-    /// servo shows this in time.
+    /// Returns whether the goal that this client sent last is in force, or may still come into force. Returns `None` if the servo's
+    /// reports do not show this in time.
     pub async fn has_own_goal(&self) -> Option<bool> {
         let Some(own) = &self.own else { return Some(false) };
         let is_left = async {

@@ -10,9 +10,8 @@ const LEAST_TIME: Duration = Duration::from_millis(20);
 /// The speed of an arm.
 #[derive(Default)]
 pub(super) struct ArmSpeed {
-    /// The speed of the fastest joint [rad/s, prismatic: m/s]; `None` if the last joint state reports no speed for some joint. This
-    /// is the lower of two speeds: the reported one, and the one computed from the positions. Some drivers write other quantities
-    /// than speeds into the field for speeds.
+    /// The speed of the fastest joint [rad/s, prismatic: m/s]; `None` if the last joint state lacks the speed of a joint. This is the
+    /// lower of the reported speed and the speed computed from the positions, because some drivers report other quantities as speeds.
     pub fastest: Option<f64>,
     /// The positions \[rad, prismatic: m\] from which the next speed will be computed, and the time at which they arrived.
     before: Option<(Instant, Vec<f64>)>,

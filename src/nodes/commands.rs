@@ -1,5 +1,5 @@
-//! Publishes the commands to all arms. When the cycle ends, and even if it panics or hangs, the last velocities that are sent are
-//! zeros. A controller that takes positions holds the last positions, so its arm stands still without a further command.
+//! Publishes the commands to all arms. At the end, sends zero velocities, even if the cycle has panicked or hangs. A controller
+//! that takes positions holds the last positions, so its arm stands still without a further command.
 
 use super::guards::{self, GuardStatuses};
 use super::node_setup::NodeSetup;
@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The publishers of commands. The publishers live longer than the cycle.
+/// The publishers of commands. The node owns them too, so that it can send zeros after the cycle has ended.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
     /// Whether any command was sent. If not, the node sends no zeros at its end, because another servo may be moving the robot.
@@ -74,8 +74,8 @@ pub(super) struct Sending {
     pub interface: Interface,
     /// The time between two commands.
     pub period: Duration,
-    /// Whether to drop commands that would have to wait behind others. A cycle with a real-time priority needs this, because it may
-    /// run faster than the threads of DDS.
+    /// Whether to drop a command if DDS has not sent the earlier commands yet. A cycle with a real-time priority needs this, because
+    /// the cycle may run faster than the threads of DDS.
     pub in_time: bool,
 }
 
@@ -166,7 +166,7 @@ impl Commands {
         self.arms.iter().for_each(|arm| arm.publisher.stand());
     }
 
-    /// Returns whether only zeros are sent from now on.
+    /// Returns whether [`end`](Self::end) was called, after which only zeros are sent.
     pub fn has_ended(&self) -> bool {
         self.ended.load(Ordering::SeqCst)
     }

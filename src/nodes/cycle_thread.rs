@@ -93,7 +93,7 @@ impl CycleThread {
         Ok(Self { ended, thread: Some(spawn(name, schedule, body, drop)?) })
     }
 
-    /// Returns whether the cycle is running. While this value exists, only a panic ends the cycle.
+    /// Returns whether the cycle is running. It runs until this value is dropped, unless it panics.
     pub fn is_running(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }

@@ -79,7 +79,7 @@ fn encoded(event: &Recorded) -> Vec<u8> {
     bytes
 }
 
-/// Writes the record, as part of the cycle.
+/// Writes the record for replay. The cycle owns and calls it.
 pub(super) struct EventsRecord {
     topic: Arc<EventsTopic>,
     joints: Vec<JointOrder>,

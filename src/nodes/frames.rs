@@ -21,7 +21,7 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Stop reporting the motions of earlier goals. If the settings say that goals follow their frames, report from now on how this
+    /// Stop following the frames of earlier goals. If the settings say that goals follow their frames, report from now on how this
     /// goal moves with its frame.
     Follow(FramedGoal),
     /// Stop reporting how goals move with their frames.
@@ -49,13 +49,13 @@ pub(super) struct Frames {
     reports: mpsc::Receiver<Report>,
     /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
-    /// The goals up to this number have ended, so their answers are discarded.
+    /// The goals up to this number have ended. If the listener still sends their poses, the cycle discards them.
     over: u64,
     /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
-    /// The latest motion of the goal that is followed, until the cycle takes it.
+    /// The latest motion of the followed goal with its frame; `None` once the cycle has taken it.
     motion: Option<FrameMotion>,
-    /// The last sensor frame that was found, until the cycle takes it.
+    /// The last sensor frame that was found; `None` once the cycle has taken it.
     sensor: Option<(String, SensorFrame)>,
 }
 
@@ -134,8 +134,8 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// Ends the motion of goals with their frames, for the goals up to this number. Goals whose poses are still looked up get their
-    /// answers nevertheless.
+    /// Stops following the frames of the goals up to this number: these goals no longer move. The listener still answers the requests
+    /// for the poses of goals.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {
@@ -153,13 +153,14 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Sensor(frame.to_owned()));
     }
 
-    /// Returns the name and the pose of the sensor frame that was found last, but only once. Before this, call
-    /// [`answer`](Self::answer) until it returns `None`.
+    /// Returns the name and the pose of the last sensor frame that was found. Returns each frame once. First call
+    /// [`answer`](Self::answer) until it returns `None`, because that call receives the frames too.
     pub fn sensor(&mut self) -> Option<(String, SensorFrame)> {
         self.sensor.take()
     }
 
-    /// Returns the next answer that has arrived.
+    /// Returns the next answer about the pose of a goal; `None` if no further answer has arrived. Stores received motions and sensor
+    /// frames for [`motion`](Self::motion) and [`sensor`](Self::sensor).
     pub fn answer(&mut self) -> Option<Answer> {
         loop {
             match self.reports.try_recv().ok()? {
@@ -173,7 +174,8 @@ impl Frames {
         }
     }
 
-    /// Returns the latest motion of the followed goal. Before this, call [`answer`](Self::answer) until it returns `None`.
+    /// Returns the latest motion of the followed goal with its frame, once. First call [`answer`](Self::answer) until it returns
+    /// `None`, because that call receives the motions too.
     pub fn motion(&mut self) -> Option<FrameMotion> {
         self.motion.take()
     }

@@ -28,8 +28,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The duration of the trajectory that stops the arm.
 const STAND: Duration = Duration::from_millis(20);
 
-/// How long the guard waits after the request to end, before it logs that the arm still needs the guard. Without this wait, the end
-/// of every launch would log it: the servo and the guard end together, and the servo still sends a few commands.
+/// How long the guard waits after the request to end, before it logs that the arm still needs the guard. Without this wait, it would
+/// log this at the end of every launch: servo and guard end together, and the servo still sends a few commands.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.
@@ -71,10 +71,10 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, joint_states, node })
     }
 
-    /// Waits until the arm no longer needs the guard, and then ends the node. At the end of a launch, for example, the guard may be
-    /// asked to end just after the servo was killed.
+    /// Waits until the arm no longer needs the guard, and then ends the node. If the servo was killed just before, for example at the
+    /// end of a launch, the guard still stops the arm.
     ///
-    /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
+    /// Returns false if the arm was still commanded to move after the longest time that the shutdown of a servo takes.
     pub async fn shut_down(mut self) -> bool {
         if tokio::time::timeout(SERVO_ENDS, self.needed.wait_for(|needed| !needed)).await.is_err() {
             self.node
@@ -91,7 +91,7 @@ impl GuardNode {
         self.joint_states.publishers() == 0
     }
 
-    /// Returns whether the guard is watching. While this value exists, only a panic ends the guard.
+    /// Returns whether the guard is running. It runs until this value is dropped, unless it panics.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }

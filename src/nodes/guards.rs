@@ -1,4 +1,4 @@
-//! The guards of the arms, as the servo sees them.
+//! Tracks whether each arm has a guard, from the statuses that the guards publish.
 
 use dq_check::GuardState;
 use dq_messages::NodeContract;

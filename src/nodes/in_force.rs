@@ -23,7 +23,7 @@ pub(super) struct InForce {
 struct Current {
     /// The settings without the keep-outs in `drawn`.
     settings: Settings,
-    /// How many keep-outs and keep-ins of the parameters the servo does not check, because constraints are off.
+    /// The number of keep-outs and keep-ins in the parameters that the servo does not check because constraints are off.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
@@ -44,8 +44,8 @@ pub(super) struct NotObeyed {
 
 impl InForce {
     /// Creates the settings in force of a servo of this kind. The cycle already uses `settings`, which come from the parameters and
-    /// have no keep-outs of `~/keep_out` yet. `idle` says how many keep-outs and keep-ins of the parameters the servo does not
-    /// check. `requests` sends later settings to the cycle.
+    /// have no keep-outs of `~/keep_out` yet. `idle` is the number of keep-outs and keep-ins in the parameters that the servo does
+    /// not check. `requests` sends later settings to the cycle.
     pub fn new(
         settings: Settings,
         idle: usize,

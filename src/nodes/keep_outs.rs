@@ -1,5 +1,5 @@
-//! The live keep-outs, which are markers on `~/keep_out`. They are built on a thread for which no other thread waits. The servo obeys
-//! them in addition to the keep-outs of the parameters.
+//! The live keep-outs, which are markers on `~/keep_out`. The servo obeys them in addition to the keep-outs of the parameters. They
+//! are built on their own thread, because hulls take long to build.
 
 use super::frames::Tree;
 use super::in_force::InForce;
@@ -23,7 +23,8 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// The shortest time between two warnings.
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Subscribes to the markers and obeys them. The frames of the markers are looked up in `tree`, relative to the frame `base`.
+/// Subscribes to the markers, and lets the servo obey them as keep-outs. The frames of the markers are looked up in `tree`, relative
+/// to the frame `base`.
 ///
 /// # Errors
 /// [`RosError`] if the network fails.

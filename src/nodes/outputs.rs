@@ -42,8 +42,8 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Creates the publishers of the node other than those of `commands`. `joints` are the names of all joints. The data to draw
-    /// are stored in `slot`.
+    /// Creates all publishers of the node except those in `commands`. `joints` are the names of all joints. The data for the next
+    /// picture are stored in `slot`.
     pub fn new(
         NodeSetup { node, kind, contract }: &mut NodeSetup,
         commands: Arc<Commands>,

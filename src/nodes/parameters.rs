@@ -8,7 +8,7 @@ use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
 use std::marker::PhantomData;
 
-/// A node's names and checked parameters. To start a node from them, only the network is needed.
+/// A node's names and checked parameters, from which the node can start.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
@@ -52,8 +52,7 @@ impl<P: NodeParameters> Prepared<P> {
 /// The reason why a node that is shutting down refuses parameters.
 pub(super) const CYCLE_ENDED: &str = "the node's cycle has ended";
 
-/// The names of a node and its parameters, as the command line gives them. The parameters are not checked yet. Each parameter file
-/// is read once.
+/// The names and parameters of a node from the command line and its parameter files. The parameters are not checked yet.
 pub struct NodeArguments<P> {
     names: Resolver,
     values: Vec<ParameterOverride>,
@@ -108,7 +107,7 @@ impl<P: NodeParameters> NodeArguments<P> {
         Ok(())
     }
 
-    /// Returns whether the node must wait for a robot description on a topic. It must if the frames of an arm are given without a
+    /// Returns whether the node must wait for a robot description on a topic: the parameters name the frames of an arm, but contain no
     /// description.
     pub fn is_awaited(&self) -> bool {
         dq_config::is_awaited(&self.values)

@@ -84,7 +84,7 @@ impl PlantNode {
         Ok(Self { cycle, _node: node })
     }
 
-    /// Returns whether the cycle is running. While this value exists, only a panic ends the cycle.
+    /// Returns whether the cycle is running. It runs until this value is dropped, unless it panics.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }
@@ -176,10 +176,10 @@ fn subscribe(
     Ok(with_command!(interface, M => Box::new(node.subscription::<M>(contract, topic)?)))
 }
 
-/// Transforms are published at 50 Hz.
+/// The interval at which transforms are published (50 Hz).
 const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Diagnostics are published at 1 Hz.
+/// The interval at which diagnostics are published (1 Hz).
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 
 impl Cycle {
@@ -328,8 +328,8 @@ fn describe_rows(
     Ok((Description { arm, beside: Vec::new() }, text))
 }
 
-/// Returns the transform from a joint's parent link to its child link at the start position. Only frames in TF have the frame
-/// prefix, because users of the description add the prefix themselves.
+/// Returns the transform from a joint's parent link to its child link at the start position. Both names get the frame prefix. The
+/// names in the robot description have no prefix, because its users add the prefix themselves.
 fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
         header: clock.header(&format!("{frame_prefix}{}", joint.parent)),

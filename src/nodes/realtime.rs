@@ -51,11 +51,11 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
     lock_memory().map_err(|why| RealtimeError::Memory { priority, why })
 }
 
-/// Calls `make`. The threads that `make` starts have SCHED_FIFO, because threads inherit it from the thread that starts them. Their
-/// priority is `priority - 1`, but at least 1. If `priority` is 0, only calls `make`.
+/// Calls `make`, which starts the threads of DDS, and gives these threads SCHED_FIFO. `priority` is the priority of the cycle. The
+/// threads of DDS get `priority - 1`, but at least 1. If `priority` is 0, they keep the ordinary priority.
 ///
-/// `priority` is the priority of the cycle, and `make` starts the threads of DDS. With an ordinary priority, the threads of DDS
-/// could be late, and would delay the messages of a cycle that is never late.
+/// With an ordinary priority, the threads of DDS could delay the messages of a cycle that is never late. Threads inherit the
+/// priority of the thread that starts them, so a temporary thread with this priority calls `make`.
 ///
 /// # Errors
 /// [`RealtimeError`] if the system does not allow the priority. Then `make` is not called.

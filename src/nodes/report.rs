@@ -1,5 +1,5 @@
 //! The report of a servo node: everything that the node publishes and logs other than the commands. The report runs on its own
-//! thread, and reads the snapshots that the cycle leaves.
+//! thread, and reads the snapshots that the cycle sends.
 
 use super::arm_input::{JointStates, unheard};
 use super::complaint::WarningOnChange;
@@ -181,8 +181,8 @@ impl Report {
         }
     }
 
-    /// Warns of commands that were dropped since the last call. Warns of other publishers of commands and of other nodes with this
-    /// name when they change.
+    /// Warns if commands were dropped since the last call. Also warns if other nodes publish commands or have this node's name. Logs
+    /// the latter two warnings only when they change.
     fn watch_publishers(&mut self) {
         let dropped = self.outputs.commands.dropped();
         if dropped > self.dropped {

@@ -130,13 +130,13 @@ pub(super) struct RosInputs {
     inbox: Receiver<Request>,
     searcher: Searcher,
     goals: Subscription<PoseStamped>,
-    /// `None` if the keystore does not grant access to the topic.
+    /// The input of joint goals; `None` if the keystore does not grant access to the topic.
     joint_goals: Option<JointGoals>,
     frames: Option<Frames>,
     goal_frame: String,
     taken_frame: TakenFrame,
     twists: Subscription<TwistStamped>,
-    /// `None` for two arms, and if the keystore does not grant access to the topic.
+    /// The input of measured wrenches; `None` for two arms, and if the keystore does not grant access to the topic.
     wrenches: Option<WrenchInput>,
     /// The last messages. The next messages are decoded into them.
     goal: PoseStamped,
@@ -237,14 +237,15 @@ impl RosInputs {
         }
     }
 
-    /// Returns the time of the joint states in use. For two arms this is the older of two times, so that no part of the pose is
-    /// older than its stamp.
+    /// Returns the time of the joint states in use, which is the stamp of the pose. For two arms, this is the time of the older
+    /// joint state.
     pub fn stamp(&self) -> Time {
         let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
         oldest.cloned().unwrap_or_default()
     }
 
-    /// Returns the next step of the shutdown in progress. Without a shutdown, this is [`Step::Decelerate`]: send the servo's command.
+    /// Returns the next step of the shutdown. If no shutdown is in progress, returns [`Step::Decelerate`], so that the cycle sends the
+    /// servo's command as usual.
     pub fn shutdown_step(&mut self, servo: &Servo) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
         if servo.output().is_none() {
@@ -369,7 +370,7 @@ impl RosInputs {
         self.unfollow();
     }
 
-    /// Gives the servo the goals whose frames were found, and rejects the goals whose frames were not found.
+    /// Gives the servo the goals whose lookup in TF succeeded, and rejects the goals whose lookup failed.
     fn located_goals(&mut self, servo: &mut Servo) {
         let Self {
             clocks: Clocks { now, .. },
@@ -448,7 +449,7 @@ impl RosInputs {
         reject_malformed(servo, malformed);
     }
 
-    /// Gives the servo every joint goal.
+    /// Gives the servo every received joint goal, not only the newest.
     fn joint_goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, joint_goals, goal_senders, shutdown, .. } = self;
         let Self { frames, taken_frame, goal_count, record, rejected, .. } = self;

@@ -6,10 +6,11 @@ use dq_search::{STARTS, Search};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-/// The longest time of a search. The search shares the processors with other tasks.
+/// The longest time of one search, so that the search leaves the processors to other tasks.
 const BUDGET: Duration = Duration::from_millis(20);
 
-/// The cycle's side of the search. The cycle and the thread of the search pass a single search back and forth, without allocations.
+/// Sends searches from the cycle to the thread that runs them, and takes back their results. There is one [`Search`], which the cycle
+/// and the thread pass back and forth, so that the cycle allocates nothing.
 pub(super) struct Searcher {
     here: Option<Box<Search>>,
     questions: SyncSender<Box<Search>>,

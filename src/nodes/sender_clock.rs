@@ -21,8 +21,8 @@ const KEPT: i64 = 300_000_000_000;
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 
-/// If two messages arrive at least `APART` apart and their offsets agree up to `JITTER` \[ns\], these messages were not delayed.
-/// Delayed messages would arrive in a burst.
+/// Two messages count as undelayed if they arrive at least `APART` apart and if their [offsets](Arrival::offset) differ by at most
+/// `JITTER` \[ns\]. Delayed messages would arrive in a burst.
 const APART: Duration = Duration::from_millis(100);
 const JITTER: i64 = 50_000_000;
 

@@ -217,7 +217,8 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
     serve_trigger(node, "~/stop", requests, Request::Stop, "decelerating; the goal is dropped, a pause stays")
 }
 
-/// Serves `service`, which passes the request that `make` creates to the cycle. Once the cycle takes it, the reply says `done`.
+/// Serves the trigger `service`. Each call passes the request from `make` to the cycle, and replies with the text `done` once the
+/// cycle has taken the request.
 fn serve_trigger(
     node: &mut Node,
     service: &str,

@@ -6,7 +6,7 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::watch;
 
-/// The time within which the arm should come to rest. After this time zeros are sent even if the arm moves.
+/// The longest time from the request to stop until the arm is at rest. After this time, the node sends zeros even if the arm moves.
 pub(super) const LONGEST_DECELERATION: Duration = Duration::from_secs(2);
 
 /// The shortest time for which zeros are sent. RustDDS sends messages from its own thread, which ends with the participant, so zeros
@@ -17,7 +17,7 @@ pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 const LONGEST_FINAL_ZEROS: Duration = Duration::from_millis(500);
 
 /// How long to wait until the cycle ends: [`LONGEST_DECELERATION`], [`LONGEST_FINAL_ZEROS`] and one second. A cycle that takes
-/// longer hangs.
+/// longer counts as hanging.
 pub(super) const PATIENCE: Duration = Duration::from_millis(3500);
 
 /// Joint speeds up to this [rad/s, prismatic: m/s] are noise of a robot that stands still.

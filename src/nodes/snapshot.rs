@@ -1,4 +1,4 @@
-//! Snapshots that a cycle leaves for the report. The report formats, publishes and logs them on its own thread.
+//! The snapshots that the cycle sends to the report. The report formats, publishes and logs them on its own thread.
 
 use super::ros_inputs::{RejectedGoal, RosInputs};
 use super::throttle::Throttle;
@@ -109,7 +109,7 @@ pub(super) struct Snapshot {
     pub rivals: [Option<EndpointId>; 2],
     /// The publisher of the message that made the last request; `None` if a service call made it.
     pub asker: Option<EndpointId>,
-    /// The number of the arm that has been silent longest.
+    /// The index of the arm whose last joint state is the oldest.
     pub quietest: usize,
 }
 
@@ -119,7 +119,8 @@ pub(super) struct Snapshots {
     last: Option<Changes>,
     /// The updates of motions to send with the next status.
     updates: MotionUpdates,
-    /// The number of times that the settings had changed when the law's rate was last sent; `None` if the rate was never sent.
+    /// The settings for which the law's rate was last sent, as their count of changes; `None` if the rate was never sent. The rate is
+    /// sent once per change of the settings.
     judged: Option<u64>,
     pose: Throttle,
     status: Throttle,

@@ -20,7 +20,7 @@ pub(super) struct Announced {
 /// The parameters that a node announced from one start to the next.
 #[derive(Clone, Debug)]
 pub(super) struct AnnouncedParameters {
-    /// When the node started \[ns\].
+    /// When the node started, by the stamp of its first announcement \[ns\].
     pub since: i64,
     initial: Vec<Parameter>,
     /// The changes in order.

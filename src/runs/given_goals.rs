@@ -48,8 +48,7 @@ struct MeasuredMotion {
 }
 
 impl MeasuredMotions {
-    /// Creates the measurement for the run with this name. A motion counts as arrived if its
-    /// last pose error is within `tolerance`.
+    /// Creates the measurement for the run with this name. A motion counts as arrived if its last pose error is within `tolerance`.
     pub fn new(run: &str, tolerance: Tolerance) -> Self {
         Self { run: run.to_owned(), tolerance, current: None, ended: Vec::new(), last: None }
     }

@@ -24,15 +24,15 @@ const POINTS: usize = 1 << 15;
 
 /// The largest number of stored changes of goal, law and state.
 const CHANGES: usize = 1 << 13;
-/// The largest number of laws, each of which has a curve.
+/// The largest number of periods under one law that are stored. Each of them has a curve of its own.
 const LAWS: usize = 1 << 9;
 
 /// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].
 const LATE: f64 = 1.0;
 
-/// After a pause in which the servo sent nothing, the curve of commanded positions breaks this long before the next command's cycle
-/// \[s\]. This time is shorter than any pause, but longer than the difference between the recorded times of a command and of its
-/// cycle.
+/// The curve of commanded positions breaks if the servo sent nothing for a while. The curve breaks this long before the cycle that
+/// ends the pause \[s\]. This time is shorter than any pause. But it is longer than the recorded times of a command and of its cycle
+/// differ.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// Times count from the first motion of the shown part of a run. That motion may begin at most this long before the first joint
@@ -73,7 +73,7 @@ pub(super) struct RunReader {
     fastest: Vec<f64>,
     /// Checks for overlaps of the arm with keep-outs and with itself; `None` if constraints are off.
     gaps: Option<Gaps>,
-    /// Whether the parameters have changed the tool since the last sample.
+    /// Whether a change of the parameters has changed the tool offset or the arm's kinematics since the last sample.
     tool_changed: bool,
     law: Option<String>,
     state: Option<String>,
@@ -232,7 +232,7 @@ impl RunReader {
         first..first + self.parameters.joints[arm].names().len()
     }
 
-    /// Returns whether no two joints have the same name. Then the joint states of all arms may come on one topic.
+    /// Returns whether all joint names differ, so that one topic may carry the joint states of all arms.
     pub fn shares_topic(&self) -> bool {
         let mut names = HashSet::new();
         self.parameters.joints.iter().flat_map(JointOrder::names).all(|name| names.insert(name))

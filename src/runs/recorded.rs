@@ -118,7 +118,8 @@ fn seconds(message: &BagMessage, origin: i64) -> f64 {
     (i128::from(message.log_time) - i128::from(origin)) as f64 * 1e-9
 }
 
-/// Creates a reader for each servo that announced its parameters, and for each other arm with joint states.
+/// Creates a reader for each servo that announced its parameters, and for each arm with joint states that belongs to none of these
+/// servos.
 fn readers(
     announced: &Announced,
     name: &str,

@@ -37,10 +37,10 @@ pub struct Replayed {
     pub first_difference_s: Option<f64>,
     /// The time intervals in which commands were compared \[s\], counted from the first compared cycle.
     pub judged_s: Vec<(f64, f64)>,
-    /// The number of commands that could not be compared: those before the first cycle with a saved state, and those from a missing
-    /// cycle until the next such cycle.
+    /// The number of commands that could not be compared. The comparison begins at a cycle with a saved state. After a missing cycle,
+    /// it pauses until the next cycle with a saved state.
     pub not_judged: u64,
-    /// The number of missing cycles. A gap ends the comparison until the next cycle with a saved state.
+    /// The number of missing cycles.
     pub inputs_missing: u64,
     /// The number of skipped cycles: those that repeat an earlier cycle or are out of order.
     pub repeated: u64,
@@ -52,7 +52,8 @@ pub struct Replayed {
     pub why_not: Option<String>,
 }
 
-/// Replays every servo of a bag from the first cycle with a saved state. After missing cycles, continues at the next such cycle.
+/// Replays every servo of a bag from the servo's first cycle with a saved state. After missing cycles, continues at the next cycle
+/// with a saved state.
 ///
 /// # Errors
 /// [`RunError::NotReplayable`] with the reason if no command of any servo could be compared; [`RunError`] if a servo's parameters
@@ -169,7 +170,8 @@ impl Running {
 
 /// Returns the settings with the keep-outs `drawn`, which the bag has from `~/keep_out`.
 ///
-/// # Errors [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.
+/// # Errors
+/// [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.
 fn with_drawn(settings: &Settings, drawn: &[String]) -> Result<Settings, RunError> {
     let parse =
         |text: &String| text.parse().map_err(|why| RunError::KeepOut { keep_out: shown(text, NAME), why });

@@ -30,11 +30,12 @@ pub struct RecordedRun {
     /// The clearances that the servo reported \[m\], with their times. A clearance is the smallest distance between two parts of
     /// the scene. NaN means that no two parts were near each other.
     pub clearances: Thinned<(f64, f64)>,
-    /// Every keep-out that the run ever had, with the shape that it had first.
+    /// All keep-outs of the run. Each has the first of its shapes, even if its shape changed later.
     pub keep_outs: Vec<KeepOut>,
-    /// Every keep-in that the run ever had, with the shape that it had first.
+    /// All keep-ins of the run. Each has the first of its shapes, even if its shape changed later.
     pub keep_ins: Vec<KeepOut>,
-    /// The first overlap of the arm with a keep-out or with itself, and its time. Overlaps that exist from the start are ignored.
+    /// The time and the kind of the first overlap of the arm with a keep-out or with itself. Overlaps that exist from the start are
+    /// ignored.
     pub inside: Option<(f64, Violation)>,
     /// The deviations of the cycles from their period \[ms\], with their times. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,
@@ -94,7 +95,7 @@ pub struct ArmCommands {
     pub first_joint: usize,
     /// The velocities [rad/s, prismatic: m/s].
     pub velocities: Thinned<(f64, Vec<f64>)>,
-    /// The positions \[rad, prismatic: m\]. NaN separates sequences of positions that do not continue each other.
+    /// The positions \[rad, prismatic: m\]. An entry of NaN stands for a pause in which the servo sent nothing.
     pub positions: Thinned<(f64, Vec<f64>)>,
 }
 

@@ -42,7 +42,7 @@ pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
     tables
 }
 
-/// Returns a table with the names of the columns, and then a line for each time \[s\].
+/// Returns a CSV table. The first line has the names of the columns: the time \[s\], then `heads`. Each row is another line.
 fn table(heads: &[String], rows: impl Iterator<Item = (f64, Vec<f64>)>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let known = |number: &f64| Some(*number).filter(|number| number.is_finite());

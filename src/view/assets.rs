@@ -70,8 +70,8 @@ pub(super) fn file(path: &str) -> Response {
     }
 }
 
-/// Adds the headers that every response of this server has. `host` is the server's name in the request. The policy must name the
-/// server, because some browsers do not permit a WebSocket with `'self'` alone.
+/// Adds the headers that every response of this server has. `host` is the `Host` header of the request. The content security policy
+/// names this host too, because some browsers do not permit a WebSocket if the policy has only `'self'`.
 pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
     let policy = host.map_or(POLICY.to_owned(), |host| format!("{POLICY} ws://{host}"));
     let policy = HeaderValue::try_from(policy).unwrap_or(HeaderValue::from_static(POLICY));

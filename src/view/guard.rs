@@ -1,7 +1,7 @@
 //! Access control: checks Host, Origin and token.
 //!
-//! A page of another site can make a visitor's browser connect to this server. For this, the site resolves one of its own names to
-//! this host (DNS rebinding). But such a page cannot send the name of this host in `Host`, and cannot remove its own `Origin`.
+//! A page of another site can make a visitor's browser connect to this server, if the site resolves one of its names to this host
+//! (DNS rebinding). But then the browser sends the name and the origin of that site in `Host` and `Origin`.
 
 use hyper::header::{COOKIE, HOST, HeaderName, HeaderValue, ORIGIN};
 use hyper::{HeaderMap, Uri};
@@ -25,7 +25,7 @@ pub(super) enum Refusal {
 /// An admitted browser.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Guest {
-    /// The server's name in the request.
+    /// The `Host` header of the request: the server's name, and its port if the browser sent one.
     pub host: String,
     /// The cookie that stores the token, if the browser sent the token in the address.
     pub cookie: Option<HeaderValue>,
@@ -47,7 +47,8 @@ pub(super) struct Guard {
 pub(super) const SHORTEST_TOKEN: usize = 16;
 
 impl Guard {
-    /// Creates the access control of a server at `address`, which was requested as `name`, with this token.
+    /// Creates the access control of a server that listens on `address`. `name` is the name or address that the user gave for it.
+    /// Browsers need this token.
     pub fn new(name: &str, address: SocketAddr, token: String) -> Self {
         Self { name: name.to_ascii_lowercase(), loopback: address.ip().is_loopback(), token }
     }
@@ -84,8 +85,8 @@ impl Guard {
         self.token.len() == given.len() && difference == 0
     }
 
-    /// Checks the headers of a request, and returns the `Host`. When a script opens a WebSocket, its browser always sends the
-    /// script's `Origin`. Other programs need not send an `Origin`.
+    /// Checks the headers of a request, and returns the `Host`. An `Origin` must name this server. A request without `Origin` passes:
+    /// it cannot come from another page's script, because browsers always send the `Origin` of a script that opens a WebSocket.
     fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
         let host = single(headers, HOST).filter(|host| self.is_ours(host)).ok_or(Refusal::Host)?;
         match headers.contains_key(ORIGIN) {

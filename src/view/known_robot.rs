@@ -1,4 +1,5 @@
-//! The robot as far as the page knows it. Reading the parameters takes a while; changes that arrive meanwhile are not lost.
+//! The robot that the page shows. Reading its parameters takes a while. Changes that arrive in this time are stored, and applied to
+//! the result.
 
 use super::robot::Robot;
 use dq_messages::ParameterEvent;

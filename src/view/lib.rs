@@ -83,9 +83,9 @@ pub struct Asked<A> {
 
 /// The robot's end of the channel: it writes what browsers show, and reads their requests.
 pub struct RobotEnd {
-    /// The JSON message with the data that seldom change: the arm and the parameters.
+    /// The JSON message that shows the arm and the parameters, which seldom change.
     pub robot: watch::Sender<Arc<str>>,
-    /// The JSON message with the data that change all the time.
+    /// The JSON message that shows the present state of the servo and its arms.
     pub now: watch::Sender<Arc<str>>,
     /// The JSON message that shows a race: two simulated arms that repeat the same motion, each under one law.
     pub race: watch::Sender<Arc<str>>,

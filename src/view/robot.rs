@@ -1,4 +1,4 @@
-//! The data that seldom change: the arm and the servo's parameters.
+//! The arm and the servo's parameters, which the page shows and which seldom change.
 
 use super::arm_shape::Model;
 use super::parameters::Entry;
@@ -54,7 +54,7 @@ impl Robot {
         self.kind.joint_names(&self.typed.joints)
     }
 
-    /// Returns the farthest distance from the origin of the base frame that the arms reach \[m\]. A prismatic joint without limits
+    /// Returns the largest distance from the origin of the base frame that the arms can reach \[m\]. A prismatic joint without limits
     /// counts as fixed at 0.
     pub fn reach(&self) -> f64 {
         reach(self.chains(), &self.typed.settings.limits)
@@ -135,7 +135,7 @@ impl Robot {
     }
 }
 
-/// Returns the farthest distance from the origin that arms with these limits reach \[m\].
+/// Returns the largest distance from the origin of the base frame that arms with these limits can reach \[m\].
 pub(super) fn reach<'a>(arms: impl IntoIterator<Item = &'a Chain>, limits: &Limits) -> f64 {
     let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
     let ranges = limits.position.ranges();

@@ -33,8 +33,8 @@ const MOST_GUESTS: usize = 64;
 /// The largest number of sessions.
 const MOST_VIEWERS: usize = 32;
 
-/// A connection without the token is closed after this time, so that it does not keep out browsers with the token. The time is long
-/// enough to retransmit a lost packet.
+/// The time after which the server closes a connection without the token, so that such connections do not block browsers with the
+/// token. The time is long enough to retransmit a lost packet.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 
 /// The time within which a browser must send the head of a request.

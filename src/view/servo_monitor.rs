@@ -1,4 +1,4 @@
-//! The data that change all the time: the messages of the servo and its arm, and the JSON message that shows them.
+//! Collects the messages of a servo and its arms, and creates the JSON message from which the page shows them.
 
 use super::explain::explain;
 use super::robot::{Robot, link_frames, link_points};

@@ -22,8 +22,7 @@ pub(super) struct Corner {
 /// The number of sides with which cylinders and balls are drawn.
 const SIDES: usize = 32;
 
-/// Two corners with equal keys are merged into one. A key consists of the corner's cell, its normal rounded to quarters, and its
-/// color.
+/// The key of a corner: the corner's cell, its normal rounded to quarters, and its color. Corners with equal keys are merged.
 type CornerKey = ([i32; 3], [i8; 3], [u8; 3]);
 
 /// Triangles with shared corners.
@@ -63,7 +62,7 @@ impl Surface {
     }
 }
 
-/// Returns the triangles of a shape that is not a mesh. The shape's origin is at 0.
+/// Returns the triangles of a shape in the shape's own frame; empty for a mesh.
 pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
     match *shape {
         Shape::Mesh { .. } => Vec::new(),

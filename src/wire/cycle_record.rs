@@ -141,9 +141,9 @@ pub enum Recorded<'a> {
     /// A wrench: [`Event::Wrench`].
     #[serde(borrow)]
     Wrench(WrenchReading<'a>),
-    /// [`Event::Tare`].
+    /// The present wrench counts as no contact: [`Event::Tare`].
     Tare,
-    /// [`Event::IdentifyTool`].
+    /// The identification of the load on the wrench sensor begins: [`Event::IdentifyTool`].
     IdentifyTool,
 }
 

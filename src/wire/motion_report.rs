@@ -57,11 +57,12 @@ pub struct MotionReport {
     pub gains: String,
     /// The pose that the law controls, at the start of the motion.
     pub start: Option<PoseNumbers>,
-    /// The pose of the tool in the arm's tool frame; `None` for the tool frame itself.
+    /// The pose of the controlled tool in the arm's tool frame; `None` if the arm's tool frame itself is the controlled tool.
     pub tool: Option<PoseNumbers>,
     /// When the motion began, by the clock of the servo's host \[ns since 1970\].
     pub began: Option<i64>,
-    /// The name of a [`Reconfiguration`]: whether another configuration reaches the goal. Empty in bags of earlier versions.
+    /// Whether another configuration of the arm reaches the goal, as the name of a [`Reconfiguration`]. Empty in bags of earlier
+    /// versions.
     pub reconfiguration: String,
     /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,

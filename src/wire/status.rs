@@ -39,7 +39,8 @@ pub struct StatusReport {
     pub joint_at_limit: Option<String>,
     /// The distance of the nearest pair in the scene \[m\]; `None` if constraints are off or nothing is near.
     pub clearance: Option<f64>,
-    /// The name of a [`Reconfiguration`]: whether another configuration reaches the goal. `None` in bags of earlier versions.
+    /// Whether another configuration of the arm reaches the goal, as the name of a [`Reconfiguration`]. `None` in bags of earlier
+    /// versions.
     pub reconfiguration: Option<String>,
     /// The metrics of the motion; `None` until the first joint state.
     pub figures: Option<Figures>,

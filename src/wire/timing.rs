@@ -35,7 +35,7 @@ pub struct TimingFigures {
 }
 
 impl CycleTiming {
-    /// Adds a wake-up that came `lateness` after its deadline. Since the previous wake-up, `missed` deadlines were skipped.
+    /// Adds a wake-up that came `lateness` after its deadline. `missed` deadlines were skipped since the previous wake-up.
     pub fn add(&mut self, lateness: Duration, missed: u64) {
         self.lateness.add(lateness);
         self.overruns += missed;

@@ -86,7 +86,7 @@ impl Queue {
 pub(super) struct WritingThread {
     handle: JoinHandle<Result<WrittenBag, RecordingError>>,
     counts: Arc<Counts>,
-    /// The error that ended the thread; `None` if the thread has not failed. The sending end is dropped when the thread ends.
+    /// The error that ended the thread; `None` if the thread has not failed. The channel closes when the thread ends.
     failure: watch::Receiver<Option<String>>,
 }
 

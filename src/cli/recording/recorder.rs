@@ -62,8 +62,8 @@ impl Recorder {
     }
 
     /// Waits up to `patience` until the recorder subscribes to all these topics and each has a publisher. Returns whether this is
-    /// so. A publisher may take some milliseconds more to discover the recorder. A publisher that must lose no message waits for
-    /// its readers.
+    /// so. A publisher may discover the recorder some milliseconds later. To lose no message, the publisher must itself wait for a
+    /// subscriber.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }
@@ -115,7 +115,7 @@ impl Recorder {
     }
 }
 
-/// How long the receivers may still take messages that have arrived when the recording ends.
+/// How long the receivers continue after the request to end the recording, to take the messages that have already arrived.
 const LAST_TAKE: Duration = Duration::from_millis(100);
 
 /// The QoS of a subscription.

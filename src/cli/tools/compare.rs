@@ -19,7 +19,8 @@ use std::time::Duration;
 /// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
 #[derive(clap::Args)]
 pub(in crate::cli) struct Compare {
-    /// Folder for gains.json, compare.jsonl (a line a run), tasks.jsonl, compare.json (the summary), figures and the page; peers.jsonl there is read
+    /// Folder for the results: gains.json, compare.jsonl (a line for each run), tasks.jsonl, compare.json (the summary), figures and the
+    /// page. If the folder has peers.jsonl, the page shows these results of other programs too
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Tasks for each arm
@@ -34,7 +35,7 @@ pub(in crate::cli) struct Compare {
     /// Names of laws, instead of all laws
     #[arg(long, value_name = "LAW,…", value_delimiter = ',', value_parser = PossibleValuesParser::new(Law::names()).try_map(|name| name.parse::<Law>()))]
     laws: Vec<Law>,
-    /// Write the runs as compare.csv too, a row a run
+    /// Write the runs as compare.csv too, with a row for each run
     #[arg(long, conflicts_with_all = ["part", "reconfigure", "constraints", "posture"])]
     csv: bool,
     /// Write the tables as LaTeX too, with booktabs
@@ -42,10 +43,10 @@ pub(in crate::cli) struct Compare {
     latex: bool,
     #[command(flatten)]
     width: FigureWidth,
-    /// Only part K of N, to compare-K-of-N.jsonl, on one of several machines
+    /// Compute only part K of N on this machine, and write it to compare-K-of-N.jsonl
     #[arg(long, value_name = "K/N")]
     part: Option<Part>,
-    /// Check the N parts in the folder, join them as compare.jsonl, and continue as without parts
+    /// Check the N parts in the folder, join them into compare.jsonl, and compute the results from it
     #[arg(long, value_name = "N", conflicts_with = "part", value_parser = count::<u64>(1..=Part::MOST))]
     merge: Option<u64>,
     /// Only count how many tasks settle under the servo's limits with `reconfigure` at `always` and at `never`, and write

@@ -36,7 +36,7 @@ pub(in crate::cli) struct Demo {
     dual: bool,
     #[command(flatten)]
     arm: RobotChoice,
-    /// Show the arm in a browser until ctrl-C: it moves to the goal once the page is open, and then wherever you send it
+    /// Show the arm in a browser until ctrl-C. The arm moves to the goal once the page is open; then you can send it goals
     #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
     /// Address and port of the page; port 0: any free one. With 0.0.0.0:8123, other hosts can open the page
@@ -151,8 +151,8 @@ async fn one_arm(
     }
 }
 
-/// Prints the link of the page. On a terminal, then waits until a browser connects, the enter key is pressed, or one minute has
-/// passed.
+/// Prints the link of the page. If a user can press keys, waits until a browser connects, the enter key is pressed, or
+/// [`INVITATION`] has passed.
 async fn invite(page: &Page) {
     let Some(pressed) = enter::pressed() else {
         return stderr::line(format!("watch the arm move: {}", page.link));
@@ -243,7 +243,7 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> crate::cli::R
     nodes.perform(play, signals).await
 }
 
-/// Prepares the paper's two arms and their servo, the initial pose of the right tool relative to the left one, and the goal.
+/// Prepares the paper's two arms and their servo. The start and the goal are poses of the right tool relative to the left tool.
 fn two_arm_scene<'a>(setting: &Setting<'a>) -> crate::cli::Result<Scene<'a>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<ServoParameters>::from(Prepared::<DualParameters>::new(setting.ros_args)?);
@@ -308,7 +308,7 @@ fn table(Played { motions, joints }: &Played) -> String {
 /// command timeout.
 const BUSY: f64 = 25_000.0;
 
-/// Returns a note for a table whose cycles woke late by up to `latest` [µs].
+/// Returns a note below a table of motions if the servo's latest wake-up came more than [`BUSY`] late. `latest` is its delay [µs].
 fn busy(latest: f64) -> &'static str {
     if latest > BUSY { "\nThis machine was busy: the figures are others when it is idle." } else { "" }
 }

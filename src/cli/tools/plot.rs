@@ -32,8 +32,8 @@ pub(in crate::cli) struct Plot {
     /// Print a JSON list instead of a table
     #[arg(long)]
     json: bool,
-    /// The goals of another controller, whose motions are then measured: a topic of PoseStamped in the bag, or the numbers x y z
-    /// qx qy qz qw of one goal; in the arm's base frame
+    /// Measure the motions of another controller to these goals in the arm's base frame: a topic of PoseStamped in the bag, or the
+    /// numbers x y z qx qy qz qw of one goal
     #[arg(long, value_name = "TOPIC|NUMBER", num_args = 1..=7, allow_negative_numbers = true)]
     goal: Vec<String>,
     #[command(flatten)]

@@ -16,7 +16,7 @@ use tokio::sync::watch;
 /// The interval between the pictures of a race.
 const FRAME: Duration = Duration::from_millis(40);
 
-/// The longest time that two servos and their arms may take to find each other.
+/// The longest time that the two servos and their arms may take until they have discovered each other.
 const DISCOVERY: Duration = Duration::from_secs(10);
 
 /// The longest duration of a race.

@@ -23,10 +23,10 @@ pub(in crate::cli) struct Record {
     /// Record these topics; by default those of msg_config/topics.yaml in every namespace, /parameter_events and /rosout
     #[arg(long, num_args = 1.., value_name = "NAME")]
     topics: Vec<String>,
-    /// Begin a new file once one has this many bytes, 1 MiB or more
+    /// Begin a new file when the current file has this many bytes, 1 MiB or more
     #[arg(long, value_name = "BYTES", allow_negative_numbers = true, value_parser = count::<u64>(1 << 20..=u64::MAX))]
     max_size: Option<u64>,
-    /// Begin a new file once one spans this many seconds, 0.1 or more
+    /// Begin a new file when the current file spans this many seconds, 0.1 or more
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     max_duration: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! `--record DIR`: a bag of the motions that the command makes.
+//! Records the motions of a command into a bag: the option `--record DIR`.
 
 use super::super::recording::{Recorder, Selection};
 use crate::cli::error::Incomplete;
@@ -44,9 +44,9 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
-    /// Waits until the recorder has received messages from the arms and from `servo`. Also waits until it subscribes to the topic
-    /// `goal` and to the commands, so that it will record the goal and the commands that follow. Finally waits for a new message of
-    /// the record for replay; if none arrives, only prints a warning.
+    /// Waits until the recorder has received messages from the arms and from `servo`, and subscribes to the topic `goal` and to the
+    /// commands. After that, the recorder misses neither the goal nor the commands. Finally waits for a new message of the record for
+    /// replay; if none arrives, only prints a warning.
     pub async fn hears(
         &self,
         kind: ServoKind,

@@ -6,7 +6,7 @@ use dq_core::servo::{Interface, Measured, State};
 use dq_kinematics::control::Law;
 use std::time::Duration;
 
-/// The longest motion that is worth watching.
+/// The longest duration of a motion in the demo.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The goals to try. Each number is a fraction of the joints' path from the start to the farthest goal. The rehearsal uses the
@@ -18,8 +18,8 @@ pub(super) fn return_law(there: Law) -> Law {
     if there == Law::Diffc { Law::Logc } else { Law::Diffc }
 }
 
-/// Returns joint positions [rad, prismatic: m] near `from` that the servo's law reaches, and from which another law returns. If
-/// there are no such positions, returns nearby positions.
+/// Returns joint positions [rad, prismatic: m] near `from` to demonstrate a motion there and back. The arm reaches their tool pose
+/// under the servo's law, and returns under [`return_law`]. If no positions in [`PARTS`] allow this, returns the farthest ones.
 pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> crate::cli::Result<Vec<f64>> {
     let chain = parameters.arms.chain();
     let beside = parameters.settings.limits.position.beside(from, chain.kinds());

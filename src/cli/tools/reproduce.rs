@@ -9,7 +9,7 @@ use dq_ros::ros::RosArgs;
 use dq_studies::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
 use std::path::PathBuf;
 
-/// Repeat the paper's figures and comparison, and two results that it does not have
+/// Reproduce the paper's figures and comparison, and two further results
 #[derive(clap::Args)]
 pub(in crate::cli) struct Reproduce {
     /// Folder for the figures (SVG and PNG) and results.json

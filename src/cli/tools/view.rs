@@ -25,7 +25,8 @@ const ANY_PORT: &str = "127.0.0.1:0";
 /// Show a servo in a browser: watch it, send it goals, switch its law; or play bags
 #[derive(clap::Args)]
 pub(in crate::cli) struct View {
-    /// Bags to play instead, over each other: rosbag2 directories or their files
+    /// Play these bags instead of showing a live servo; several bags are shown together. A bag is a rosbag2 directory or one of its
+    /// files
     #[arg(value_name = "BAG", conflicts_with_all = ["dual", "watch_only"])]
     bags: Vec<PathBuf>,
     /// Show the servo for two arms

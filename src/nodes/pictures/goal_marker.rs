@@ -22,7 +22,7 @@ const SIZE: f32 = 0.3;
 const NEAR: f64 = 0.001;
 const NEAR_ANGLE: f64 = 0.01;
 
-/// A client that is silent for longer than this during a drag counts as gone.
+/// A drag ends when its client has been silent for this long.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The longest time from the publication of a goal until the cycle's status shows it.

@@ -153,8 +153,8 @@ fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
     values
 }
 
-/// Returns the runs whose parameters are in their bags, and an empty suffix. If there are no such runs, returns all runs, and a
-/// suffix for the name of a limit. The suffix says that the limits are assumed.
+/// Returns the runs whose limits are drawn, and a suffix for the names of the limits. These are the runs whose bags have the
+/// parameters; the suffix is empty. If there are no such runs, these are all runs; the suffix says that the limits are assumed.
 fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>, &'static str) {
     let known: Vec<_> = runs.iter().filter(|drawn| drawn.run.parameters_known).collect();
     match known.is_empty() {
@@ -297,7 +297,8 @@ fn position_limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
     [limit(|limits| &limits.lower), limit(|limits| &limits.upper)].concat()
 }
 
-/// Returns the figure of the clearance, with a line at the distance that constraints keep.
+/// Returns the figure of the smallest distance between two parts of the scene. A dashed line shows [`CLEARANCE`], the distance that
+/// the servo's constraints keep.
 pub(super) fn clearance(runs: &[StyledRun]) -> Figure {
     let curve = |drawn: &StyledRun| {
         let points = drawn.run.clearances.iter().map(|(time, clearance)| (*time, 1e3 * clearance));

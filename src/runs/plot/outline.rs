@@ -100,7 +100,7 @@ fn circle(axis: &Segment, radius: f64) -> Vec<Vector3<f64>> {
     (0..=ROUND).map(|i| at(2.0 * PI * f64::from(i) / f64::from(ROUND)).coords).collect()
 }
 
-/// Returns points on a line. The points are so dense that the line can be cut anywhere.
+/// Returns points on a line about [`STEP`] apart. [`outline`] cuts the line between two of these points.
 fn straight(line: &Segment) -> Vec<Vector3<f64>> {
     let count = (line.vector().norm() / STEP).ceil().clamp(1.0, 1e4);
     (0..=count as u32).map(|i| line.at(f64::from(i) / count)).collect()
