@@ -39,7 +39,7 @@ pub(crate) fn with_document<T>(
 pub fn oddity(text: &str) -> Option<String> {
     match strict(text) {
         Err(NotStrict::Odd { why, line }) => {
-            Some(format!("{why}: line {line} and what is like it are read as ROS 2's own reader reads them"))
+            Some(format!("{why}: line {line} and similar lines are read as ROS 2's own reader reads them"))
         }
         _ => None,
     }

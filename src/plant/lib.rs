@@ -17,7 +17,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum CommandError {
     /// The number of values differs from the number of joints.
-    #[error("a command of {got} numbers, expected {expected}: one a joint")]
+    #[error("a command of {got} numbers, expected {expected}: one per joint")]
     WrongLength {
         /// Number of joints.
         expected: usize,

@@ -2,8 +2,10 @@
 
 use crate::arm;
 use dq_kinematics::control::Law;
-use dq_studies::compare::{CompareError, End, Gain, Matched, Paired, PeerRuns, REFERENCE, Study, Switch};
-use std::fs;
+use dq_studies::compare::{
+    Arm, Counts, End, Gain, Matched, Paired, Study, Switch, SwitchFindings, sign_test,
+};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Returns a study of one arm with arbitrary gains.
@@ -89,47 +91,99 @@ fn a_way_through_the_arm_itself_may_be_left_out() {
     assert!(table.ends_with(row), "{table}");
 }
 
-/// Returns a line of `peers.jsonl`.
-fn line(program: &str, limits: bool, task: u32, settled: Option<f64>) -> String {
-    let settled = settled.map_or("null".to_owned(), |time| time.to_string());
-    format!(
-        "{{\"matched\":\"settling_time\",\"law\":\"{program}\",\"arm\":\"iiwa14\",\"limits\":{limits},\"plant\":\"ideal\",\"task\":{task},\
-         \"gain\":2.0,\"outcome\":\"failed\",\"settling_s\":{settled},\"path_ratio\":null,\"overshoot_mm\":0.0,\"effort\":1.0,\
-         \"peak_rad_s\":1.0}}\n"
-    )
+const RECONFIGURE: &str = include_str!("../data/reconfigure.json");
+const CONSTRAINTS: &str = include_str!("../data/constraints.json");
+const POSTURE: &str = include_str!("../data/posture.gain.json");
+
+fn committed(file: &str) -> SwitchFindings {
+    serde_json::from_str(file).unwrap()
+}
+
+/// Runs the first task of each law on each arm with both values of the parameter, and checks that it ends to the last digit as in the
+/// committed run. So the tables of the guide are what this program computes.
+#[test]
+fn the_first_task_of_each_committed_cell_ends_as_it_did() {
+    for (switch, file) in
+        [(Switch::Reconfigure, RECONFIGURE), (Switch::Constraints, CONSTRAINTS), (Switch::Posture, POSTURE)]
+    {
+        let committed = committed(file);
+        let mut names: Vec<&str> = Vec::new();
+        committed.cells.iter().for_each(|cell| {
+            if !names.contains(&&*cell.arm) {
+                names.push(&cell.arm)
+            }
+        });
+        let arms = names.iter().map(|name| Arm::named(Path::new(name)).unwrap()).collect();
+        let (laws, gains) = (Law::ALL.to_vec(), committed.gains.clone());
+        let study = Study { arms, laws, tasks: 1, seed: committed.seed, gains };
+        let again = SwitchFindings::new(&study, &study.switched(switch, || ()).unwrap());
+        assert_eq!(committed.cells.len(), Law::ALL.len() * names.len());
+        for (again, then) in again.cells.iter().zip(&committed.cells) {
+            assert_eq!(again.sample, then.sample, "{} on {} with {switch:?}", then.law, then.arm);
+            assert_eq!(then.tasks as u32, committed.tasks);
+        }
+    }
+}
+
+/// The arms in the tables of the guide.
+const ARMS: [&str; 5] = ["puma560", "ur5e", "panda", "iiwa14", "xarm6"];
+
+/// Returns a row of a table of the guide with this head. `cell` writes the part of the row for the results of all laws on one arm.
+fn row(head: &str, findings: &SwitchFindings, cell: impl Fn(&[&Counts]) -> String) -> String {
+    let of = |arm: &str| findings.cells.iter().filter(|cell| cell.arm == arm).collect::<Vec<_>>();
+    let cells = ARMS.map(|arm| cell(&of(arm)));
+    format!("| {head} | {} |", cells.join(" | "))
+}
+
+fn percent(count: usize, of: usize) -> String {
+    format!("{:.1}", 100.0 * count as f64 / of as f64)
 }
 
 #[test]
-fn other_programs_are_beside_the_second_way_on_the_tasks_that_both_have_run() {
-    let (study, folder) = (study("iiwa14", 4), tempfile::tempdir().unwrap());
-    let beside = |peers: &str| {
-        fs::write(folder.path().join("peers.jsonl"), peers).unwrap();
-        PeerRuns::read(&study, folder.path())
-    };
-    let mut row = Paired {
-        law: REFERENCE.0.name().to_owned(),
-        arm: "iiwa14".to_owned(),
-        tasks: [[None, Some(2.0)], [Some(1.0), None], [Some(1.0), Some(3.0)], [None, Some(1.0)]]
-            .map(|both| both.map(|settled| end(settled, false)))
-            .into(),
-    };
-    // Results without limits do not count here. The program has not run the fourth task.
-    let peers = [(false, 0, None), (true, 0, None), (true, 1, None), (true, 2, Some(2.5))];
-    let peers: String = peers.map(|(limits, task, settled)| line("pink", limits, task, settled)).concat();
-    study.write_tasks(&folder.path().join("tasks.jsonl")).unwrap();
-    let tables = beside(&peers).unwrap().beside("logc", std::slice::from_ref(&row));
-    let [(program, rows)] = &tables[..] else { panic!("{tables:?}") };
-    assert_eq!((program.as_str(), rows.len()), ("pink", 1));
-    let settled: Vec<_> = rows[0].tasks.iter().map(|both| both.each_ref().map(|end| end.settled)).collect();
-    assert_eq!(settled, [[Some(2.0), None], [None, None], [Some(3.0), Some(2.5)]]);
-    assert_eq!((rows[0].alone(), rows[0].rest()["failed"]), ([1, 0], 2));
-    row.law = Law::Diffc.name().to_owned();
-    assert!(beside(&peers).unwrap().beside("logc", &[row]).is_empty(), "only beside the reference");
-    for other in [line("pink", true, 1, None), peers.clone() + &line("pink", true, 2, None)] {
-        assert!(matches!(beside(&other), Err(CompareError::OtherPeers { .. })));
+fn the_guide_prints_the_committed_counts() {
+    let page = include_str!("../../src/guide/laws.md");
+    let shows = |text: &str| assert!(page.contains(text), "the page lacks {text}");
+    let findings = committed(RECONFIGURE);
+    for (way, name) in ["never", "always"].into_iter().enumerate() {
+        let range = |laws: &[&Counts]| {
+            let counts = || laws.iter().map(|cell| cell.settled[way]);
+            let (least, most) = (counts().min().unwrap(), counts().max().unwrap());
+            let [low, high] = [least, most].map(|count| percent(count, laws[0].tasks));
+            if low == high { format!("{low} %") } else { format!("{low} to {high} %") }
+        };
+        shows(&row(&format!("`{name}`"), &findings, range));
     }
-    assert!(beside("{}\n").unwrap_err().to_string().contains("peers.jsonl: line 1 is damaged"));
-    beside(&peers).unwrap();
-    let other = Study { seed: 2, ..study.clone() };
-    assert!(matches!(PeerRuns::read(&other, folder.path()), Err(CompareError::OtherPeers { .. })));
+    // McNemar's test for every law on the last four arms.
+    let on_others = findings.cells.iter().filter(|cell| cell.arm != "puma560");
+    let p = on_others.map(|cell| sign_test(cell.alone[0], cell.alone[1])).fold(0.0, f64::max);
+    assert!(p < 1e-26, "{p}");
+    let findings = committed(CONSTRAINTS);
+    let total = |laws: &[&Counts], of: fn(&Counts) -> [usize; 2]| {
+        let tasks = laws.iter().map(|cell| cell.tasks).sum();
+        [0, 1].map(|way| percent(laws.iter().map(|cell| of(cell)[way]).sum(), tasks))
+    };
+    let both = |laws: &[&Counts], of| {
+        let [off, on] = total(laws, of);
+        format!("{off} → {on} %")
+    };
+    for law in ["diffc", "logc"] {
+        let of_law = |laws: &[&Counts]| {
+            let cell: Vec<_> = laws.iter().copied().filter(|cell| cell.law == law).collect();
+            both(&cell, |cell| cell.settled)
+        };
+        shows(&row(law, &findings, of_law));
+    }
+    shows(&row("all laws", &findings, |laws| both(laws, |cell| cell.settled)));
+    shows(&row("all laws, past itself", &findings, |laws| both(laws, |cell| cell.past_itself)));
+    let all: Vec<_> = findings.cells.iter().collect();
+    let ([off, on], [past_off, past_on]) =
+        (total(&all, |cell| cell.settled), total(&all, |cell| cell.past_itself));
+    shows(&format!("Over all arms {on} % settle instead of {off} %"));
+    shows(&format!("If ways through the arm do not count, it is {past_on} %\n  instead of {past_off} %"));
+    let findings = committed(POSTURE);
+    let only = |way: usize| findings.cells.iter().map(|cell| cell.alone[way]).sum::<usize>();
+    let runs = findings.cells.iter().map(|cell| cell.tasks).sum::<usize>();
+    let sentence =
+        format!("Of {runs} runs, {} settle only with the posture, {} only without", only(1), only(0));
+    assert!(include_str!("../../src/guide/ros2.md").contains(&sentence), "{sentence}");
 }

@@ -8,9 +8,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dq_kinematics::control::Law;
 use dq_ros::stderr;
 use dq_studies::compare::{
-    Arm, CompareError, Findings, Paired, Part, PeerRuns, Peers, Study, Summary, Switch, Table, figures,
-    latex, page,
+    Arm, CompareError, Findings, Paired, Part, Peers, Study, Summary, Switch, SwitchFindings, figures, latex,
+    page,
 };
+use serde::Serialize;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -49,15 +50,15 @@ pub(in crate::cli) struct Compare {
     /// Check the N parts in the folder, join them into compare.jsonl, and compute the results from it
     #[arg(long, value_name = "N", conflicts_with = "part", value_parser = count::<u64>(1..=Part::MOST))]
     merge: Option<u64>,
-    /// Only count how many tasks settle under the servo's limits with `reconfigure` at `always` and at `never`, and write
-    /// reconfigure.md
+    /// Only count how many tasks settle under the servo's limits with `reconfigure` at `never` and at `always`, and write
+    /// reconfigure.md and reconfigure.json
     #[arg(long, conflicts_with_all = ["part", "merge"])]
     reconfigure: bool,
-    /// Only count how many tasks settle with `constraints` at `false` and at `true`, and with the programs in peers.jsonl, and
-    /// write constraints.md
+    /// Only count how many tasks settle with `constraints` at `false` and at `true`, and write constraints.md and
+    /// constraints.json
     #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure"])]
     constraints: bool,
-    /// Only count how many tasks settle with `posture.gain` at 0 and at 1, and write posture.gain.md
+    /// Only count how many tasks settle with `posture.gain` at 0 and at 1, and write posture.gain.md and posture.gain.json
     #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure", "constraints"])]
     posture: bool,
 }
@@ -133,32 +134,26 @@ impl Compare {
     }
 
     fn switched(&self, study: &Study, switch: Switch) -> crate::cli::Result<()> {
-        // Only the study of the constraints is compared with other programs.
-        let peers = match switch == Switch::Constraints {
-            true => PeerRuns::read(study, &self.out)?,
-            false => PeerRuns::default(),
-        };
         let progress = Progress::new("runs", study.switched_count());
         let rows = study.switched(switch, || progress.add(1))?;
         progress.end();
-        let names = switch.names();
+        let (name, names) = (switch.parameter(), switch.names());
+        self.write_json(name, &SwitchFindings::new(study, &rows))?;
         let past: Vec<_> = rows.iter().map(Paired::past_itself).collect();
-        let name = switch.parameter();
-        let mut tables = vec![
+        let tables = [
             (format!("What settles with {name}"), Paired::table(&rows, &names)),
             ("If a path through the arm itself does not count".to_owned(), Paired::table(&past, &names)),
         ];
-        let law = study.baseline();
-        for (program, rows) in peers.beside(law.name(), &rows) {
-            let ours = format!("{law} with {name} {}", names[1]);
-            tables.push((format!("{ours}, and {program}"), Paired::table(&rows, &[ours, program])));
-        }
-        let joined = |texts: Vec<String>| texts.join("\n");
-        let markdown = |(title, table): &(String, Table)| format!("{title}:\n\n{}", table.markdown());
-        let markdown = joined(tables.iter().map(markdown).collect());
-        let latex = || joined(tables.iter().map(|(title, table)| table.latex(title)).collect());
+        let markdown = tables.each_ref().map(|(title, table)| format!("{title}:\n\n{}", table.markdown()));
+        let latex = || tables.each_ref().map(|(title, table)| table.latex(title)).join("\n");
+        let markdown = markdown.join("\n");
         self.write(name, &markdown, latex)?;
         Ok(print_line!("{markdown}")?)
+    }
+
+    fn write_json(&self, name: &str, findings: &impl Serialize) -> crate::cli::Result<()> {
+        let json = serde_json::to_string(findings).map_err(std::io::Error::from)? + "\n";
+        Ok(dq_figures::write(&self.out.join(format!("{name}.json")), json.as_bytes())?)
     }
 
     /// Writes tables as Markdown, and as LaTeX if that was requested.
@@ -178,8 +173,7 @@ impl Compare {
         if self.csv {
             study.write_csv(file, &self.out.join("compare.csv"))?;
         }
-        let json = serde_json::to_string(&findings).map_err(std::io::Error::from)? + "\n";
-        dq_figures::write(&self.out.join("compare.json"), json.as_bytes())?;
+        self.write_json("compare", &findings)?;
         let page = page(&findings);
         self.write("what_the_laws_do", &page, || latex(&findings))?;
         print_line!(

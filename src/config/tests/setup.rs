@@ -54,7 +54,7 @@ fn your_own_arm_needs_one_limit_per_joint() {
     let node = ServoParameters::from_values(values, "").unwrap();
     assert_eq!(parameters.settings.controller, node.settings.controller);
     let refused = of(&[1.0], &[3.0, 4.0]).unwrap_err().to_string();
-    assert_eq!(refused, "limits.joint_velocity has 1 entries, expected 2: one a joint");
+    assert_eq!(refused, "limits.joint_velocity has 1 entries, expected 2: one per joint");
     assert!(of(&[1.0, f64::NAN], &[3.0, 4.0]).is_err());
     let never = parameters.with_period(Duration::ZERO).build().err().unwrap().to_string();
     assert_eq!(never, "period has 0, expected a time above 0");

@@ -11,7 +11,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum SettingsError {
     /// A list does not have one entry for each joint of all arms.
-    #[error("{list} has {got} entries, expected {expected}: one a joint")]
+    #[error("{list} has {got} entries, expected {expected}: one per joint")]
     Length {
         /// The name of the list.
         list: &'static str,

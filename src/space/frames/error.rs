@@ -21,7 +21,7 @@ pub enum FrameError {
     #[error("the parents of {0:?} in TF go in a circle")]
     Loop(String),
     /// The frame is fixed to the tool, so the arm would chase a goal in this frame forever.
-    #[error("{0:?} moves with the tool, so that a goal in it cannot be followed: frame_mode latch takes it")]
+    #[error("{0:?} moves with the tool, so a goal in it cannot be followed: set frame_mode to latch")]
     OnTool(String),
     /// The requested stamp is older than the oldest transform that is kept.
     #[error("the stamp is {seconds:.3} s before the oldest transform of {frame:?} that is kept")]

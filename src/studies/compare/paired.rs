@@ -3,10 +3,11 @@
 use super::numbers::{probability, share, signed};
 use super::summary::{Interval, Z};
 use super::{Table, sign_test};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// How a task ended.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct End {
     /// The settling time \[s\]; `None` if the task has not settled.
     pub settled: Option<f64>,
@@ -14,6 +15,25 @@ pub struct End {
     pub through_itself: bool,
     /// How the task ended, in words.
     pub words: String,
+}
+
+/// The numbers of tasks of one law on one arm that settle under two conditions.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Counts {
+    /// The name of the law.
+    pub law: String,
+    /// The name of the arm.
+    pub arm: String,
+    /// The number of tasks.
+    pub tasks: usize,
+    /// The number of tasks that settle under each condition.
+    pub settled: [usize; 2],
+    /// The number of tasks that settle under the first condition only, and under the second only.
+    pub alone: [usize; 2],
+    /// The number of tasks that settle under each condition without a motion in which the arm passed through itself.
+    pub past_itself: [usize; 2],
+    /// How the first task ended under each condition. A later version of this program can compare its results with it.
+    pub sample: Option<[End; 2]>,
 }
 
 /// The tasks of one law on one arm, each under two conditions.
@@ -39,6 +59,19 @@ impl Paired {
             move |both: &&[End; 2]| both[way].settled.is_some() && both[1 - way].settled.is_none()
         };
         [0, 1].map(|way| self.tasks.iter().filter(alone(way)).count())
+    }
+
+    /// Returns the numbers of this comparison.
+    pub fn summary(&self) -> Counts {
+        Counts {
+            law: self.law.clone(),
+            arm: self.arm.clone(),
+            tasks: self.tasks.len(),
+            settled: self.counts(),
+            alone: self.alone(),
+            past_itself: self.past_itself().counts(),
+            sample: self.tasks.first().cloned(),
+        }
     }
 
     /// Returns how much later tasks settle under the second condition than under the first \[s\]. This is the median difference

@@ -135,7 +135,7 @@ impl Study {
     }
 
     /// Returns the line that [`write_tasks`](Self::write_tasks) writes for a task.
-    pub(super) fn task_line(&self, arm: &Arm, number: u32) -> Result<String, CompareError> {
+    fn task_line(&self, arm: &Arm, number: u32) -> Result<String, CompareError> {
         let task = arm.task(self.seed, number)?;
         let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
         let (goal, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());

@@ -5,14 +5,15 @@
 
 use super::closed_loop::{ClosedLoop, HORIZON};
 use super::conditions::PLANTS;
-use super::paired::{End, Paired};
-use super::{Arm, CompareError, Matched, Study};
+use super::paired::{Counts, End, Paired};
+use super::{Arm, CompareError, Gain, Matched, Study};
 use dq_check::Gaps;
 use dq_core::servo::Reconfigure;
 use dq_kinematics::control::Law;
 use dq_params::Value;
 use dq_space::space::Scene;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -58,6 +59,33 @@ impl Switch {
             // A reconfiguration begins only after the motion has stalled, which takes `progress_timeout`.
             Self::Reconfigure => Duration::from_secs(60),
             Self::Constraints | Self::Posture => HORIZON,
+        }
+    }
+}
+
+/// The comparison of two values of a parameter in numbers: `reconfigure.json`, `constraints.json` or `posture.gain.json`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct SwitchFindings {
+    /// The number of tasks for each law on each arm.
+    pub tasks: u32,
+    /// The seed of the tasks.
+    pub seed: u64,
+    /// The gains of each law.
+    pub gains: Vec<Gain>,
+    /// The results of each law on each arm: first with the first value of the parameter, then with the second.
+    pub cells: Vec<Counts>,
+}
+
+impl SwitchFindings {
+    /// Returns the results `rows` of [`Study::switched`] in numbers.
+    pub fn new(study: &Study, rows: &[Paired]) -> Self {
+        let gains =
+            study.gains.iter().filter(|gain| gain.matched == Matched::SettlingTime).cloned().collect();
+        Self {
+            tasks: study.tasks,
+            seed: study.seed,
+            gains,
+            cells: rows.iter().map(Paired::summary).collect(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Explains why gains miss their targets. For each such gain, runs the law on the tasks on which the study judges its gains.
 
 use super::closed_loop::HORIZON;
-use super::matching::{CLOSE, PILOTS, Tasks};
+use super::matching::{PILOTS, Tasks};
 use super::summary::{Interval, Z};
 use super::{CompareError, Gain, Matched, Study};
 use serde::{Deserialize, Serialize};
@@ -31,11 +31,6 @@ impl Unmatched {
     /// Returns half the width of the median's interval, as a percentage of the median.
     pub fn uncertain_percent(&self) -> f64 {
         50.0 * (self.median.high - self.median.low) / self.median.value
-    }
-
-    /// Returns the number of tasks with which half the interval's width would be 2 % of the median.
-    pub fn tasks_needed(&self) -> f64 {
-        PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
     }
 }
 

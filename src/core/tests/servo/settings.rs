@@ -92,7 +92,7 @@ fn limits_of_another_arm_are_refused_by_their_name() {
         ..settings.limits
     };
     let limits = Servo::new(arms.clone(), order(arms.joint_count()), "", settings, PERIOD).err();
-    let why = "limits.joint_velocity has 7 entries, expected 6: one a joint";
+    let why = "limits.joint_velocity has 7 entries, expected 6: one per joint";
     assert_eq!(limits.map(|why| why.to_string()).as_deref(), Some(why));
 }
 
