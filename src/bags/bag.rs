@@ -96,7 +96,7 @@ impl Bag {
         self
     }
 
-    /// Limits the messages that are read from now on to these types (`package/msg/Name`).
+    /// From now on, reads only messages of these types (`package/msg/Name`).
     pub fn give_only(&mut self, types: &[impl AsRef<str>]) {
         self.types = Some(types.iter().map(|name| name.as_ref().to_owned()).collect());
     }

@@ -1,4 +1,4 @@
-//! What the reader of each file format offers.
+//! The trait that the readers of all file formats implement.
 
 use super::block::{Block, Types, Unpacked};
 use super::message::Topic;

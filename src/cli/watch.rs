@@ -141,7 +141,7 @@ impl<M: Message + Clone> Watch<M> {
     }
 }
 
-/// Returns the name of the topic `name` of the node `servo`.
+/// Replaces the `~` in the topic name `name` by the name of the node `servo`.
 pub(super) fn of_servo(name: &str, servo: &str) -> String {
     name.replacen('~', servo, 1)
 }

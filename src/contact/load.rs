@@ -9,7 +9,7 @@ use thiserror::Error;
 /// axes.
 const SPREAD: f64 = 0.2;
 
-/// What hangs on the sensor.
+/// The load that the sensor carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// Mass \[kg\].

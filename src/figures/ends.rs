@@ -11,7 +11,7 @@ const LEADER: f64 = 16.0;
 /// The height of a line of text \[px\].
 const LINE: f64 = 11.5;
 
-/// What is written at the ends of curves.
+/// The texts at the ends of curves.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Names {
     /// The names of the curves. If curves coincide, their names stand one below the other.

@@ -55,7 +55,7 @@ fn next<'de, A: SeqAccess<'de>>(input: &mut A, part: &mut impl InPlace) -> Resul
     read.ok_or_else(|| A::Error::custom("a message that ends too early"))
 }
 
-/// Implements [`InPlace`] for parts without heap memory.
+/// Implements [`InPlace`] for types without heap memory.
 macro_rules! plain {
     ($($kind:ty),*) => {$(
         impl InPlace for $kind {

@@ -29,7 +29,7 @@ const LONGEST: usize = 1 << 20;
 /// The interval at which the record includes the servo's state. After a lost message the replay continues at the next state.
 const STATE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// The topic of the record, and the number of its subscribers. The cycle and the report each hold a reference to this value.
+/// The topic of the record, and the number of its subscribers. The thread of the cycle and the thread of the report share this value.
 pub(super) struct EventsTopic {
     publisher: Publisher<UInt8MultiArray>,
     readers: AtomicUsize,

@@ -1,4 +1,5 @@
-//! The snapshots that the cycle sends to the report. The report formats, publishes and logs them on its own thread.
+//! The snapshots that the cycle sends to the [`Report`](super::report::Report). The report formats, publishes and logs them on its
+//! own thread.
 
 use super::ros_inputs::{RejectedGoal, RosInputs};
 use super::throttle::Throttle;
@@ -22,7 +23,7 @@ const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The largest number of snapshots that wait for the report.
+/// The largest number of snapshots in the queue to the report's thread.
 const WAITING: usize = 64;
 
 /// The messages that are due to be published.

@@ -29,7 +29,7 @@ pub(super) struct OwnLaw {
 }
 
 impl OwnLaw {
-    /// Creates the law of a function, or of an object with the method `twist`.
+    /// Creates a law from a Python function, or from a Python object with the method `twist`.
     pub fn new(law: &Bound<'_, PyAny>, map: Map) -> PyResult<Self> {
         let memory = match law.hasattr("twist")? {
             true => Some(law.getattr("memory").map_or(Ok(0), |size| size.extract())?),

@@ -20,8 +20,8 @@ use std::time::Duration;
 /// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
 #[derive(clap::Args)]
 pub(in crate::cli) struct Compare {
-    /// Folder for the results: gains.json, compare.jsonl (a line for each run), tasks.jsonl, compare.json (the summary), figures and the
-    /// page. If the folder has peers.jsonl, the page shows these results of other programs too
+    /// Folder for the results: gains.json, compare.jsonl (a line for each run), tasks.jsonl, compare.json (the summary), figures and
+    /// what_the_laws_do.md. If the folder has peers.jsonl (results of other programs), what_the_laws_do.md shows these results too
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Tasks for each arm

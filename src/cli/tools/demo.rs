@@ -308,7 +308,8 @@ fn table(Played { motions, joints }: &Played) -> String {
 /// command timeout.
 const BUSY: f64 = 25_000.0;
 
-/// Returns a note below a table of motions if the servo's latest wake-up came more than [`BUSY`] late. `latest` is its delay [µs].
+/// Returns a note for the end of a table of motions if the delay `latest` [µs] is above [`BUSY`]; otherwise an empty text. `latest`
+/// is the largest delay with which a cycle of the servo woke up.
 fn busy(latest: f64) -> &'static str {
     if latest > BUSY { "\nThis machine was busy: the figures are others when it is idle." } else { "" }
 }

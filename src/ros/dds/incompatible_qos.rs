@@ -18,8 +18,8 @@ pub(super) struct Mismatch {
 const BEST_EFFORT: &str = "BEST_EFFORT";
 
 impl Mismatch {
-    /// Compares two incompatible QoS. If several policies are incompatible, chooses reliability or durability, because ROS 2 users
-    /// set these.
+    /// Finds the policy that makes `requested` and `offered` incompatible. If several policies do, prefers reliability, then
+    /// durability, because ROS 2 users set these two.
     pub fn new(requested: &QosPolicies, offered: &QosPolicies) -> Self {
         let is_reliable = |qos: &QosPolicies| matches!(qos.reliability(), Some(Reliability::Reliable { .. }));
         let is_latched = |qos: &QosPolicies| !matches!(qos.durability(), None | Some(Durability::Volatile));

@@ -64,7 +64,7 @@ pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
     topic: String,
     participant: Weak<DomainParticipant>,
     matches: Matches,
-    /// The sender of our own packets; `None` in a secured graph, or if its socket could not be opened.
+    /// Sends packets that RustDDS does not send; `None` in a secured graph, or if the socket could not be opened.
     datagrams: Option<Arc<OwnDatagrams>>,
 }
 

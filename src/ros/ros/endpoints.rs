@@ -41,7 +41,7 @@ pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
     pub matches: Matches,
     pub names: EndpointNames,
-    /// The sender of our own packets; `None` in a secured graph, or if its socket could not be opened.
+    /// Sends packets that RustDDS does not send; `None` in a secured graph, or if the socket could not be opened.
     pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 

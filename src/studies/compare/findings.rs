@@ -116,7 +116,7 @@ impl Findings {
         off.reduce(|one, other| Some(one?.max(other?))).flatten()
     }
 
-    /// Returns whether the gain of a law is matched on every arm.
+    /// Returns whether the gains of a law reach their targets for the quantity `matched` within 2 % on every arm.
     pub fn is_matched(&self, matched: Matched, law: &str) -> bool {
         let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law);
         gains.all(Gain::is_matched)

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
+/// The ages of the joint states that the search can try, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
 /// The percentage of tasks that must settle with joint states of an age, so that the age is acceptable for a law. Only the tasks
 /// that settle with fresh joint states are counted.
@@ -85,20 +85,22 @@ struct Count {
     of: usize,
 }
 
-/// The ages that were tried for a law.
+/// A search for the largest acceptable age of the joint states for a law.
 struct Ages<'a> {
     study: &'a Study,
     summary: &'a Summary,
     law: Law,
     limits: bool,
-    /// The results, by the index of the age in [`AGES`].
+    /// The percentage of tasks that settle at each tried age, by the index of the age in [`AGES`].
     tried: BTreeMap<usize, Interval>,
 }
 
 impl Ages<'_> {
-    /// Finds the largest acceptable age by bisection, which assumes that fewer tasks settle with older joint states. Then finds the
-    /// nearest ages at which the result is certain. Tries the ages of the comparison's plants first, because their results are
-    /// known.
+    /// Finds the largest acceptable age.
+    ///
+    /// 1. Tries the ages of the comparison's plants, because their results are known.
+    /// 2. Bisects the ages that remain. The bisection assumes that fewer tasks settle with older joint states.
+    /// 3. Finds the largest age that is certainly acceptable, and the smallest age that certainly is not.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());
         for place in (0..AGES.len()).filter(|place| known(AGES[*place]).is_some()) {

@@ -1,7 +1,8 @@
 //! Compares how many tasks settle under the servo's limits for two values of a parameter.
 //!
 //! Start and goal of each task are tool poses at joint positions within the limits, so all goals can be reached. Each law runs
-//! each task twice, with the gain for equal settling time and fresh joint states.
+//! each task once with each value of the parameter. The joint states have no delay or noise, and each law has its gain for equal
+//! settling time.
 
 use super::closed_loop::{ClosedLoop, HORIZON};
 use super::conditions::PLANTS;

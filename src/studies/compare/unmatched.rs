@@ -34,7 +34,7 @@ impl Unmatched {
     }
 }
 
-/// Returns the gains of a study that are not matched, with the reasons.
+/// Returns the gains of a study that do not reach their targets within 2 %, with the reasons.
 ///
 /// # Errors
 /// The first error of a simulated run. In practice, no simulated run fails.
