@@ -297,22 +297,14 @@ fn table(Played { motions, joints }: &Played) -> String {
     let late = |of: fn(&CycleJitter) -> f64| {
         motions.iter().map(|report| of(&report.cycle_jitter)).fold(0.0, f64::max)
     };
-    let (most, latest) = (late(|jitter| jitter.p99), late(|jitter| jitter.max));
-    format!(
-        "{table}\n\nCycles woke late by at most {most:.0} µs (99 %) and {latest:.0} µs (all).{}",
-        busy(latest)
-    )
+    let (p99, max) = (late(|jitter| jitter.p99), late(|jitter| jitter.max));
+    let busy = if max > BUSY { "\nThis machine was busy: repeat the demo when it is idle." } else { "" };
+    format!("{table}\n\nCycles woke late by at most {p99:.0} µs (99 %) and {max:.0} µs (all).{busy}")
 }
 
 /// If a cycle of the servo woke up later than this [µs], the delay has affected the motion. This is a quarter of the robot's
 /// command timeout.
 const BUSY: f64 = 25_000.0;
-
-/// Returns a note for the end of a table of motions if the delay `latest` [µs] is above [`BUSY`]; otherwise an empty text. `latest`
-/// is the largest delay with which a cycle of the servo woke up.
-fn busy(latest: f64) -> &'static str {
-    if latest > BUSY { "\nThis machine was busy: the figures are others when it is idle." } else { "" }
-}
 
 #[cfg(test)]
 mod tests {
