@@ -22,14 +22,16 @@ const OVERDAMPED: f64 = 1.001;
 /// An offset that returns to the identity ends when its distance, its angle and its rates are below this \[m, rad; m/s, rad/s\].
 const ENDED: f64 = 1e-7;
 
-/// The offset from the goal to the yielded goal: a translation `p` along the goal's axes, and a rotation vector `φ`. As the reference
-/// work defines the logarithm of a pose (eq. 32), `φ` and `p` are twice the logarithm of the offset. They obey
+/// The offset from the goal to the yielded goal: a translation `p` along the goal's axes, and a rotation vector `φ`. They obey
 /// `M p″ + D p′ + K p = f` and `M dω/dt + D ω + J⁻ᵀ(φ) K φ = τ`, with diagonal matrices `M`, `D` and `K`. The force `f` is along the
-/// goal's axes; the torque `τ` and the body rate `ω` are along the axes of the yielded goal.
+/// goal's axes. The torque `τ` and the body rate `ω` are along the axes of the yielded goal.
 ///
-/// `J⁻¹` turns the body rate into the rate of `φ`, so both elastic terms are gradients of the energy `½ pᵀ K p + ½ φᵀ K φ`. So the offset
-/// is passive: it returns no more work than it took in. About one axis, `J⁻ᵀ K φ` is `K φ`, as in Fonseca, Adorno and Fraisse (2020),
-/// "Coupled task-space admittance controller using dual quaternion logarithmic mapping".
+/// `J⁻¹` turns the body rate into the rate of `φ`, so both elastic terms are gradients of the energy `½ pᵀ K p + ½ φᵀ K φ`. The offset
+/// is therefore passive: the work that it returns never exceeds the work that it has taken in.
+///
+/// Fonseca, Adorno and Fraisse (2020), "Coupled task-space admittance controller using dual quaternion logarithmic mapping", have the
+/// same law for a rotation about one axis: there `J⁻ᵀ K φ` is `K φ`. By their definition of the logarithm of a pose (eq. 32), `φ` and
+/// `p` are twice the logarithm of the offset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Admittance {
     offset: UnitDualQuaternion,
@@ -152,8 +154,8 @@ impl Admittance {
     }
 }
 
-/// Solves `d²y/dt² + 2a dy/dt + b y = u` from `y = 0` and speed `v` over the time `t`, with `[2a, b]` as given and `a² > b ≥ 0`.
-/// Returns the travel `y` and the speed. The solution is exact, so it is stable for every `t`.
+/// Solves `d²y/dt² + 2a dy/dt + b y = u`, where `a² > b ≥ 0`. The third argument is `[2a, b]`. At time 0, `y` is 0 and `dy/dt` is
+/// `v`. Returns `y` and `dy/dt` at time `t`. The solution is exact, so it is stable for every `t`.
 fn step(v: f64, u: f64, [twice_a, b]: [f64; 2], t: f64) -> (f64, f64) {
     let a = 0.5 * twice_a;
     let half = (a * a - b).max(0.0).sqrt();

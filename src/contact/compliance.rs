@@ -19,7 +19,7 @@ pub struct Compliance {
     /// stiffness along and about x, y, z of the tool; 0: free, .inf: the goal does not yield \[N/m, N m/rad\]
     #[parameter(default = [500.0, 500.0, 500.0, 30.0, 30.0, 30.0], range = 0.0..=f64::INFINITY)]
     pub stiffness: [f64; 6],
-    /// damping along and about x, y, z of the tool; too little counts as the least that is stable \[N s/m, N m s/rad\]
+    /// damping along and about x, y, z of the tool; raised to the least stable value if it is smaller \[N s/m, N m s/rad\]
     #[parameter(default = [300.0, 300.0, 300.0, 8.0, 8.0, 8.0], range = 1e-3..=1e6)]
     pub damping: [f64; 6],
     /// virtual mass along, and inertia about, x, y, z of the tool \[kg, kg m²\]

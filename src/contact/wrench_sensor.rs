@@ -30,9 +30,9 @@ pub struct WrenchReading<'a> {
     pub force: [f64; 3],
     /// Torque about the origin of the sensor's frame \[N m\].
     pub torque: [f64; 3],
-    /// The name of the frame in which the pose `sensor` is given: the base frame or the tool frame. Empty for the tool frame.
+    /// The base frame or the tool frame, in which the pose `sensor` is given. An empty name stands for the tool frame.
     pub frame_id: &'a str,
-    /// The pose of the sensor's frame in `frame_id`.
+    /// The pose of the sensor's own frame, relative to the frame named by `frame_id`.
     pub sensor: UnitDualQuaternion,
     /// The number of the publisher.
     pub source: u32,

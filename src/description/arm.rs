@@ -58,9 +58,9 @@ pub enum DescriptionError {
     NoSuchLink {
         /// The parameter that names the link.
         frame: &'static str,
-        /// The name that was given.
+        /// The parameter's value, which names no link.
         name: String,
-        /// Some of the names of links.
+        /// Some link names of the robot description, for the error message.
         known: String,
     },
     /// No chain of joints leads from the base to the tool.

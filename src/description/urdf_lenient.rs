@@ -106,7 +106,7 @@ fn name(text: &str) -> Option<(&str, &str)> {
     text.starts_with(is_first).then(|| text.split_at(text.find(|c| !is_more(c)).unwrap_or(text.len())))
 }
 
-/// The XML document that is written.
+/// The writer of the corrected XML document.
 #[derive(Default)]
 struct Xml {
     out: String,

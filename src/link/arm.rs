@@ -89,8 +89,8 @@ struct Newcomer {
     since: Duration,
     /// The positions at the time `since` \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// The mean velocities between the previous joint state and the time `since` [rad/s, prismatic: m/s]; `None` if this is the
-    /// first joint state.
+    /// The mean velocities measured up to the time `since` [rad/s, prismatic: m/s]; `None` if there are no earlier positions to
+    /// compare with.
     velocity: Option<Vec<f64>>,
 }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How long commands are kept. This is twice the sum of two times: the window over which motion is compared, and the longest delay.
+/// How long commands are kept at least. This covers the time of a motion that is compared with its commands, and the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
 /// The recent commands of all joints, stored as sums of displacements.

@@ -8,13 +8,13 @@ use crate::seconds;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The clocks count as agreeing while joint states are at most this old by their stamps.
+/// The clocks of the robot and of this host count as agreeing while joint states are at most this old by their stamps.
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
-/// How long the clocks must agree before stamps are used.
+/// How long the clocks of the robot and of this host must agree before stamps are used.
 const AGREEMENT: Duration = Duration::from_millis(200);
-/// How long the clocks must disagree before stamps are no longer used. A single late joint state does not prove that the clocks
-/// disagree.
+/// How long these two clocks must disagree before stamps are no longer used. A single late joint state does not prove that the
+/// clocks disagree.
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
 /// The candidates for the response time: `CANDIDATES` multiples of `STEP`, from zero on. All are below `LONGEST_RESPONSE`.

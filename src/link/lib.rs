@@ -63,9 +63,9 @@ pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
 pub enum Contact {
     /// The arm follows.
     Following,
-    /// The arm stands, or has not yet responded to a command. The servo drives it gently.
+    /// The arm stands, or has not yet responded to a command. The servo limits its commands to a low speed.
     Unseen,
-    /// The arm did not follow. The servo is trying it gently again.
+    /// The arm did not follow. The servo tries to move it again, at a low speed.
     Lost,
     /// The arm did not follow. The servo sends zeros for a while.
     Resting,

@@ -23,7 +23,7 @@ pub struct Link {
     velocity: Vec<f64>,
     /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that keeps it still against a payload or gravity.
     hold: Vec<f64>,
-    /// The part of each joint's hold to which the joint has responded [rad/s, prismatic: m/s].
+    /// The part of each joint's `hold` that counts as tested, because the joint has responded to it [rad/s, prismatic: m/s].
     proven: Vec<f64>,
 }
 
@@ -224,8 +224,8 @@ impl Link {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the longest interval of joint states among the arms whose joint states arrive too rarely for `state_timeout`; `None`
-    /// if there is no such arm.
+    /// Returns the time between joint states of an arm whose joint states arrive too rarely for `state_timeout`: the longest such
+    /// time if this applies to both arms. Returns `None` if it applies to no arm.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }

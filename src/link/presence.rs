@@ -63,8 +63,8 @@ pub(crate) struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Returns the event if the robot appeared, was silent for longer than `timeout`, or moved farther than it can move between the
-    /// two joint states. Otherwise returns `None`.
+    /// Returns the [`Return`] event if the robot appeared, was silent for longer than `timeout`, or jumped. It jumped if a joint moved
+    /// farther than is plausible between the two joint states. Returns `None` if there is no such event.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
         // Before the clock began there was no request that could be revoked.
         let lately = self.now.checked_sub(timeout);

@@ -276,8 +276,9 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Returns the time at which the joint should have responded, and whether it moves backward, if the joint has failed to respond
-    /// for too long. Otherwise returns `None`. The arm moves the fraction `factor` of its commanded distance.
+    /// Checks whether the joint has failed to respond for too long. If so, returns the time at which the joint should have responded,
+    /// and whether the joint moves backward. Otherwise returns `None`. `factor` is the fraction of its commanded distance that the
+    /// whole arm moves.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
         let responds = |anchor: &Anchor, factor: f64| {
