@@ -76,8 +76,8 @@ pub(super) struct TrajectoryParameters {
 }
 
 impl TrajectoryParameters {
-    /// Returns the control period of a servo with this `interface`. For any interface except trajectories, it
-    /// is `other`.
+    /// Returns the control period of a servo with this `interface`: one period of `trajectory_rate` if it sends trajectories, and
+    /// `other` if it sends any other kind of commands.
     pub fn period(&self, interface: Interface, other: Duration) -> Duration {
         if interface == Interface::Trajectory { period(self.trajectory_rate) } else { other }
     }

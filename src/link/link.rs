@@ -114,8 +114,8 @@ impl Link {
         })
     }
 
-    /// Forgets the times at which the arms stopped following, so that each of them counts for one revocation of consent only. Also
-    /// lets the [hold](Self::hold()) of an arm that does not follow return to 0 until the servo drives this arm again.
+    /// Notes that consent has been revoked. Each time at which an arm stopped following counts for one revocation only, so all these
+    /// times are forgotten. The [hold](Self::hold()) of an arm that does not follow returns to 0 until the servo drives this arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {

@@ -199,7 +199,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Forgets the times at which the arm stopped following, so that each of them counts for one revocation of consent only.
+    /// Forgets the times at which the arm stopped following. Each such time counts for one revocation of consent only.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }

@@ -13,8 +13,8 @@ use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows if the fraction of its commanded distance that it moves is at least `PART` times the same fraction of the other
-/// joints.
+/// The monitor compares how well a joint and the arm's other joints follow: as the moved distance divided by the commanded distance.
+/// A joint follows if its ratio is at least `PART` times the ratio of the other joints.
 pub(super) const PART: f64 = 0.2;
 
 /// The least fraction of the commanded distance that a robot moves if it obeys at all. A robot that moves at least this fraction,
@@ -110,8 +110,9 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns X and Y of the module's documentation \[rad, prismatic: m\]: by how much the commanded and the measured displacement
-    /// since this anchor differ from a motion at the anchor's constant speed.
+    /// Returns X and Y of the module's documentation \[rad, prismatic: m\]. X is the commanded displacement since this anchor, minus the
+    /// displacement at the anchor's `command`. Y is the measured displacement since this anchor, minus the displacement at the anchor's
+    /// `speed`.
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -250,7 +251,7 @@ impl Departure {
 }
 
 impl JointResponse {
-    /// Restarts: the joint has not responded yet.
+    /// Restarts the check of this joint, which then counts as a joint that has not responded yet.
     fn begin(&mut self) {
         (self.seen, self.due, self.stood, self.later) = (false, None, self.now, self.now);
     }
