@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 /// The time constant with which stiffness, damping and mass follow their parameters \[s\].
 const RAMP: f64 = 0.2;
 
-/// The stiffness about and along an axis at which the ramped number `k / (k + HALF)` is ½ \[N m/rad, N/m\]. The ramp uses this number
-/// in place of the stiffness `k`, because it is finite even for an infinite stiffness: 1. For a free direction it is 0.
+/// The stiffness about and along an axis at which `k / (k + HALF)` is ½ \[N m/rad, N/m\]. This fraction is ramped in place of the
+/// stiffness `k`, because it is finite even if `k` is infinite: the fraction is then 1. For a free direction, it is 0.
 const HALF: [f64; 2] = [50.0, 1000.0];
 
-/// The largest stiffness. An infinite one counts as this \[N/m, N m/rad\].
+/// The largest stiffness \[N/m, N m/rad\]. An infinite stiffness counts as this stiffness.
 const STIFF: f64 = 1e9;
 
 /// The least damping, relative to the critical damping. It exceeds 1, so that the two exponents of the solution are never equal.

@@ -100,7 +100,7 @@ struct Branches<'a> {
 struct Beyond {
     /// The largest number of driven joints on one chain.
     joints: usize,
-    /// Whether any of the links beyond can move relative to the link, other than by joints that follow earlier joints.
+    /// Whether any of these chains moves. A mimic joint does not count if its driver comes earlier on the chain.
     moves: bool,
 }
 

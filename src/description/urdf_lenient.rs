@@ -14,7 +14,7 @@ const CDATA: &str = "![CDATA[";
 /// Returns the first `<robot>` of `text` as XML. Each element keeps its line number.
 ///
 /// # Errors
-/// [`DescriptionError::NotXml`] for a text that tinyxml2 rejects, too, [`DescriptionError::Xacro`] for a macro.
+/// [`DescriptionError::NotXml`] for a text that even tinyxml2 rejects, and [`DescriptionError::Xacro`] for a xacro macro.
 pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     // A C string ends at the first NUL.
     let all = text.split('\0').next().unwrap_or_default();

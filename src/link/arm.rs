@@ -203,8 +203,8 @@ impl ArmLink {
         }
     }
 
-    /// Processes the joint state that has arrived since the last cycle. `measured` and `velocity` have the numbers of all arms.
-    /// `is_known` is whether the states of all arms were known in the last cycle.
+    /// Processes the joint state that has arrived since the last cycle, and updates the arm's part of `measured` and `velocity`. These
+    /// two lists have one number per joint of all arms. `is_known` is whether the states of all arms were known in the last cycle.
     pub fn advance(
         &mut self,
         settings: &LinkSettings,

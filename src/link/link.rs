@@ -197,8 +197,8 @@ impl Link {
         &self.hold
     }
 
-    /// Returns the pull at each joint: by how much a payload or gravity reduces its speed below the command [rad/s, prismatic:
-    /// m/s].
+    /// Returns the pull at each joint: by how much a payload or gravity reduces the joint's speed below the command [rad/s,
+    /// prismatic: m/s].
     pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
         self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
     }

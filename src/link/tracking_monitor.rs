@@ -12,8 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The least commanded distance of a joint in a window from which the monitor judges whether the joint follows \[rad, prismatic:
-/// m\].
+/// A joint is judged in a window only if it is commanded to move at least this far in the window \[rad, prismatic: m\].
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The monitor reports a joint that moves at least this many times as far as commanded.
@@ -331,8 +330,8 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Makes the servo send zeros for a while, because `joint` has not obeyed since `since`. If `counts` is true, this is one of
-    /// the [`LOSSES`].
+    /// Makes the servo send zeros for the time [`RETRY`], because `joint` has not obeyed since `since`. If `counts` is true, this adds
+    /// one to the times that [`LOSSES`] limits.
     fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));
