@@ -118,7 +118,8 @@ struct Xml {
 }
 
 impl Xml {
-    /// Inside the robot element, writes `text` in place of `read`. Outside of that element, writes only the line ends of `read`.
+    /// Writes `text` in place of `read` inside the robot element, and no text outside of it. Then writes the line ends of `read` that
+    /// the text lacks, so that the elements keep their line numbers.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());

@@ -138,7 +138,8 @@ struct Place {
 }
 
 impl Window<'_> {
-    /// Moves both ends of the window back in time by `by`. Searches for the commands in force only near the old ends.
+    /// Moves both ends of the window back in time by `by`. The search for the commands in force at the new ends starts at the old ends,
+    /// so a small `by` takes little time.
     pub fn move_back(&mut self, by: Duration) {
         for place in [&mut self.from, &mut self.to] {
             place.time -= by.as_secs_f64();

@@ -267,9 +267,9 @@ fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     forces.iter().map(|force| (force - mean).abs()).fold(0.0, f64::max) / mean
 }
 
-/// Returns the damping `d` at the border of stability, by theory, at a contact of stiffness `k` and with the delay `t`. `m` and
-/// `stiffness` are the mass and the stiffness of the admittance. The border is at `d = k sin(ωT)/ω`, with `T` for `t`. The angular
-/// frequency `ω` solves `m ω² = K + k cos(ωT)`, with `K` for `stiffness`.
+/// Returns the theoretical damping `d` at the border of stability. The contact has the stiffness `k`, and the delay is `t`. The
+/// admittance has the mass `m` and the stiffness `stiffness`, which is `K` in the formulas. At the border, `d = k sin(ω t)/ω`, and
+/// the angular frequency `ω` solves `m ω² = K + k cos(ω t)`.
 fn border(k: f64, t: f64, [m, stiffness]: [f64; 2]) -> f64 {
     let (mut low, mut high) = (0.0, std::f64::consts::PI / t);
     for _ in 0..100 {
