@@ -43,7 +43,8 @@ pub(crate) struct ArmLink {
     velocities: Vec<f64>,
     /// A buffer for the displacement that was commanded to each joint between two times \[rad, prismatic: m\].
     asked: Vec<f64>,
-    /// The mean speed that was commanded to each joint during [`LATELY`] before the last comparison [rad/s, prismatic: m/s].
+    /// The mean commanded speed of each joint in the last comparison of motion with commands [rad/s, prismatic: m/s]. The mean is over
+    /// the time [`LATELY`] up to the newest compared command.
     means: Vec<f64>,
     /// The index of each joint of the arm in the last message.
     places: Vec<usize>,
@@ -62,8 +63,8 @@ pub(crate) struct ArmLink {
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the arm's speed has become known, after the arm appeared or after a gap in the cycles, and no command has started at
-    /// that speed yet. Commands wait until the states of all arms are known.
+    /// Whether the next command must start at the arm's present speed. This is true when that speed becomes known, after the arm
+    /// appeared or after a gap in the cycles. It stays true until the states of all arms are known, because no command is sent before.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,

@@ -93,8 +93,8 @@ pub struct ArmFigures {
     pub contact: Contact,
     /// The fraction of its commanded speed at which the arm moves, at most 1.
     pub factor: f64,
-    /// Whether the next command must start at the arm's present speed, because the robot appeared in this cycle, or the cycles
-    /// resumed after a gap.
+    /// Whether the next command must start at the arm's present speed, because the robot has appeared, or the cycles have resumed
+    /// after a gap.
     pub came: bool,
 }
 

@@ -24,8 +24,9 @@ pub(super) const SLOWEST: f64 = 0.02;
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// As long as a joint has not responded, its command changes by at most `PROBE_SPEED` [rad/s, prismatic: m/s], and by at most its
-/// acceleration limit times `PROBE_TIME` \[s\]. The change is kept this small because a joint that responds late makes it at once.
+/// Until a joint has responded, its command changes by at most `PROBE_SPEED` [rad/s, prismatic: m/s], and by at most its
+/// acceleration limit times `PROBE_TIME` \[s\]. When the joint responds at last, it makes the whole change in one jump, so the change
+/// must be small.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_TIME: f64 = 0.01;
 
