@@ -17,11 +17,11 @@ const LEFT: f64 = 0.8;
 /// Why a contact stops the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ContactFault {
-    /// The force exceeds its limit \[N\].
+    /// The force has this size \[N\], which exceeds its limit.
     Force(f64),
-    /// The torque exceeds its limit \[N m\].
+    /// The torque has this size \[N m\], which exceeds its limit.
     Torque(f64),
-    /// The force grows as the tool yields to it \[N\].
+    /// The force has this size \[N\], and grows as the tool yields to it. So its sign is probably wrong.
     Sign(f64),
 }
 

@@ -232,8 +232,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the alternatives to `tool`. These are the other links that move rigidly with `tool`. Beyond each moving joint that
-    /// such a link carries, the first link is an alternative, too.
+    /// Returns the alternatives to `tool`. These are the other links that move rigidly with `tool`, and the links that are connected
+    /// to them by one moving joint.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent

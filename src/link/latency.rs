@@ -34,9 +34,9 @@ const SMOOTHING: f64 = 0.2;
 /// The weight of a new motion in the smoothed response time.
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
-/// Estimates the delay of one arm. It has two parts: the age of a joint state on arrival, and the robot's response time. The age
-/// comes from the stamp if the clocks agree. The response time comes from a comparison of the measured motion with earlier
-/// commands.
+/// Estimates the delay of one arm. The delay is the sum of the age of a joint state on arrival and the robot's response time. The
+/// age comes from the stamps if the clocks agree; otherwise it is part of the estimated response time. The response time comes from
+/// a comparison of the measured motion with earlier commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
     /// The time since which stamps have been plausible; `None` while the clocks disagree.

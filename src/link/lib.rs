@@ -75,7 +75,7 @@ pub enum Contact {
     Contended,
 }
 
-/// What the link has estimated about one arm, as of one cycle.
+/// The link's estimates about one arm in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
     /// The delay of the last joint state: its age on arrival plus the robot's response time. A latency set by parameter replaces this

@@ -54,7 +54,8 @@ pub(crate) struct Step<'a> {
     /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
     /// The displacement that was recently commanded to each joint \[rad, prismatic: m\]. A motion is plausible up to this distance
-    /// plus the distance at the limit in `speeds`. The commands count in addition because the limit may have been lowered since.
+    /// plus the distance at the speed limit in `speeds`. The speed limit alone is not enough, because it may have been lowered after
+    /// these commands.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],

@@ -50,8 +50,8 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// `TrackingMonitor::watch_motion` then compares the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
-/// The least commanded change X (see the documentation of the module) from which the monitor judges whether a slow joint has
-/// stopped responding \[rad, prismatic: m\].
+/// The monitor judges whether a slow joint has stopped responding only after its commands have demanded at least this change X
+/// \[rad, prismatic: m\]. The documentation of the module defines X.
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
@@ -193,7 +193,7 @@ impl Departure {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
 
-    /// Notes each joint's command and measured speed in the last window [rad/s, prismatic: m/s].
+    /// Stores the mean command and the mean measured speed of each joint in the last window [rad/s, prismatic: m/s].
     pub fn note_speeds(&mut self, speeds: impl Iterator<Item = (f64, f64)>) {
         for (it, (command, speed)) in self.responses.iter_mut().zip(speeds) {
             (it.now.command, it.now.speed) = (command, speed);

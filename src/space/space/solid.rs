@@ -33,7 +33,7 @@ pub enum KeepOutError {
 }
 
 impl KeepOutError {
-    /// Returns a description of what is expected instead, for the error message.
+    /// Returns a description of a valid value, for the error message.
     pub fn expected(&self) -> String {
         match self {
             Self::Name(why) => why.expected(),
