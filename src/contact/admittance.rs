@@ -173,8 +173,9 @@ fn step(v: f64, u: f64, [twice_a, b]: [f64; 2], t: f64) -> (f64, f64) {
     (travel, v * (slow * e_slow - fast * e_fast) / apart + u * response)
 }
 
-/// Returns `J⁻¹`, which turns the body rate of a rotation into the rate of its rotation vector φ, `turn` \[rad\]:
-/// `I + ½ [φ]× + (1 − α)/θ² [φ]×²`, with `θ = |φ|`, and with `α = (θ/2) cot(θ/2)` as in the logarithm of SE(3).
+/// Returns the matrix `J⁻¹` for the rotation vector `turn` \[rad\], called `φ` below. The matrix turns the body rate of the rotation
+/// into the rate of `φ`. It is `I + ½ [φ]× + (1 − α)/θ² [φ]×²`, with `θ = |φ|`, and with `α = (θ/2) cot(θ/2)` as in the logarithm of
+/// SE(3).
 pub(crate) fn inverse_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
     let (angle, cross) = (turn.norm(), turn.cross_matrix());
     let half = 0.5 * angle;

@@ -53,8 +53,8 @@ impl Link {
     }
 
     /// Takes the joint state `reading`, received at `now`, for the next cycle. If several joint states arrive before that cycle,
-    /// the last valid one counts. Returns whether its publisher is in use. Another publisher takes over only after the publisher in
-    /// use has been silent for `silence`.
+    /// the last valid one counts. Returns false if `reading` is ignored because another publisher is in use. A publisher takes over
+    /// only after the publisher in use has been silent for `silence`.
     pub fn take(
         &mut self,
         arm: usize,

@@ -7,7 +7,7 @@ use dq_algebra::{UnitDualQuaternion, stack};
 use nalgebra::{Matrix3, Matrix4, Unit, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 
-/// A delay that does not raise the damping, so that the tests know the equation \[s\].
+/// The delay of most tests \[s\]. Without a delay, the admittance does not raise the damping, so the damping is that of the parameters.
 const NO_DELAY: f64 = 0.0;
 
 /// Returns an admittance whose parameters have reached those of `compliance`.
@@ -244,9 +244,9 @@ fn changed_parameters_do_not_move_the_offset_at_once() {
     }
 }
 
-/// Simulates a wall that begins at 0 along x, and a goal that moves into it at 5 cm/s. The force acts `delay` \[s\] later; the
-/// admittance is told a delay of `told` \[s\]. Returns the largest deviation of the force from its mean in the last second of the 6 s,
-/// divided by that mean.
+/// Simulates for 6 s a goal that moves along x at 5 cm/s into a wall with the stiffness `wall` \[N/m\]. The wall's force reaches the
+/// admittance `delay` \[s\] late, but the admittance assumes the delay `told` \[s\]. Returns the largest deviation of the force from its
+/// mean in the last second, divided by this mean.
 fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     let dt = 1e-3;
     let mut admittance = settled(compliance);

@@ -34,7 +34,7 @@ const PROBE_TIME: f64 = 0.01;
 /// standstill is smaller.
 const SEEN: f64 = 2e-4;
 
-/// A joint does not follow in two cases. Either it has not responded within `PATIENCE` after a command to move by
+/// A joint counts as not following in two cases. Either it has not responded within `PATIENCE` after it should have moved by
 /// [`PROBE_DISTANCE`], or it has not responded to commands to move by `LONGEST_PROBE` \[rad, prismatic: m\].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
@@ -166,13 +166,13 @@ impl Departure {
         }
     }
 
-    /// Drops the responses, because the arm stands.
+    /// Forgets which joints have responded and which responses are due, because the arm stands.
     pub fn forget(&mut self) {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// Forgets which joints have responded, because the arm still stands: only the commands that balance a payload or gravity have
-    /// moved these joints.
+    /// Forgets which joints have responded while the arm stands. Such joints have responded only to commands that balance a payload or
+    /// gravity.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }
