@@ -29,9 +29,9 @@ const ENDED: f64 = 1e-7;
 /// `J⁻¹` turns the body rate into the rate of `φ`, so both elastic terms are gradients of the energy `½ pᵀ K p + ½ φᵀ K φ`. The offset
 /// is therefore passive: the work that it returns never exceeds the work that it has taken in.
 ///
-/// Fonseca, Adorno and Fraisse (2020), "Coupled task-space admittance controller using dual quaternion logarithmic mapping", have the
-/// same law for a rotation about one axis: there `J⁻ᵀ K φ` is `K φ`. By their definition of the logarithm of a pose (eq. 32), `φ` and
-/// `p` are twice the logarithm of the offset.
+/// For a rotation about one axis, `J⁻ᵀ K φ` is `K φ`, as in Fonseca, Adorno and Fraisse (2020), "Coupled task-space admittance
+/// controller using dual quaternion logarithmic mapping". `φ` and `p` are twice the
+/// [`half_log`](UnitDualQuaternion::half_log) of the offset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Admittance {
     offset: UnitDualQuaternion,

@@ -60,7 +60,7 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess
 struct Branch<'a> {
     joint: Node<'a, 'a>,
     child: &'a str,
-    /// Whether the joint cannot move on its own, because it follows earlier joints, as a mimic joint of a linkage does.
+    /// Whether the joint is a mimic joint whose driver comes earlier on the chain, so that it cannot move independently.
     follows: bool,
 }
 

@@ -72,7 +72,7 @@ fn hat(twist: &Vector6<f64>) -> Matrix4<f64> {
     matrix
 }
 
-/// Returns the rotation vector and the translation of a pose: twice the logarithm of eq. 32.
+/// Returns the rotation vector and the translation of a pose.
 fn pair(pose: &UnitDualQuaternion) -> Vector6<f64> {
     2.0 * pose.half_log()
 }
@@ -143,7 +143,7 @@ fn the_inverse_jacobian_turns_the_body_rate_into_the_rate_of_the_rotation_vector
     }
 }
 
-/// A number whose order of magnitude is random.
+/// Yields `10^p` for a random power `p` in `range`.
 fn magnitude(range: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
     range.prop_map(|power| 10_f64.powf(power))
 }

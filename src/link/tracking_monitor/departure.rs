@@ -54,11 +54,11 @@ const SLOW: f64 = 0.1;
 /// \[rad, prismatic: m\]. The documentation of the module defines X.
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
-/// per turn that jumps by one count within a window.
+/// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It covers one count of an encoder with 8192
+/// counts per turn in the window in which the speed is measured.
 const NOISE: f64 = 0.02;
 
-/// If a joint is not commanded to move, the monitor updates its [`Anchor`]s after this time.
+/// The least age at which the monitor replaces the [`Anchor`]s of a joint that is not commanded to move.
 const MEMORY: Duration = Duration::from_secs(1);
 
 /// Returns the largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. `acceleration` is the
@@ -314,8 +314,8 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors on if no command has moved the joint: `stood` to the time of `later`, and `later` to the present time.
-    /// Does so once per [`MEMORY`].
+    /// Replaces the anchors of a joint whose command has hardly changed since `stood`: `later` becomes `stood`, and the present state
+    /// becomes `later`. This happens at most once per [`MEMORY`].
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;
