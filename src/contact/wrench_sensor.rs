@@ -11,8 +11,7 @@ use std::time::Duration;
 /// The largest force or torque that a message may contain \[N, N m\].
 const LARGEST: f64 = 1e12;
 
-/// The longest interval between two wrenches that the low-pass filter and the running mean use \[s\]. They count a longer interval
-/// as this long.
+/// The low-pass filter and the running mean count a longer interval between two wrenches as this long \[s\].
 const LONGEST_INTERVAL: f64 = 0.1;
 
 /// The time constant of the running mean \[s\]. [`WrenchSensor::tare`] sets the bias of the sensor to this mean.

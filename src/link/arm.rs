@@ -22,7 +22,7 @@ const TWO_STATES: Duration = Duration::from_millis(20);
 /// The largest assumed time from a command to the joint state that shows its effect.
 const LATELY: Duration = Duration::from_millis(250);
 
-/// How long the link uses a speed scaling that the robot has reported. Afterwards the link uses the speed scaling that it has
+/// How long the link uses a speed scaling after the robot has reported it. Afterwards the link uses the speed scaling that it has
 /// measured.
 const TOLD: Duration = Duration::from_secs(1);
 

@@ -13,8 +13,8 @@ const LONGEST_AGE: Duration = Duration::from_millis(150);
 
 /// How long the clocks of the robot and of this host must agree before stamps are used.
 const AGREEMENT: Duration = Duration::from_millis(200);
-/// How long these two clocks must disagree before stamps are no longer used. A single late joint state does not prove that the
-/// clocks disagree.
+/// How long the clocks of the robot and of this host must disagree before stamps are no longer used. A single late joint state does
+/// not prove that the clocks disagree.
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
 /// The candidates for the response time: `CANDIDATES` multiples of `STEP`, from zero on. All are below `LONGEST_RESPONSE`.
@@ -25,8 +25,8 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// If even the worst candidate has a misfit below this \[rad²\], noise would decide, and no candidate is chosen. The misfit is the
-/// sum of the squared differences between motion and commands.
+/// If the misfits of all candidates for the response time are below this \[rad²\], noise would decide, and no candidate is chosen.
+/// The misfit is the sum of the squared differences between motion and commands.
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age.

@@ -86,8 +86,8 @@ pub struct ArmFigures {
     pub delay: Duration,
     /// The largest lateness of a cycle or of a joint state in the last 2 to 4 s.
     pub lateness: Duration,
-    /// The time between cycles, averaged over the duration of a stop. This is the largest such average in the last 2 to 4 s, and at
-    /// least the control period.
+    /// The largest average time between cycles in the last 2 to 4 s, and at least the control period. Each average covers about as many
+    /// cycles as a stop takes.
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,

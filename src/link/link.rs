@@ -224,8 +224,8 @@ impl Link {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the time between joint states of an arm whose joint states arrive too rarely for `state_timeout`: the longest such
-    /// time if this applies to both arms. Returns `None` if it applies to no arm.
+    /// Returns the time between the joint states of an arm if they arrive too rarely for `state_timeout`. If both arms have this fault,
+    /// returns the longer time. Returns `None` if no arm has it.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }

@@ -60,10 +60,10 @@ pub(crate) struct Pull {
     pub compared: Option<Duration>,
 }
 
-/// Whether the servo balances the pull of an arm. The pull is the speed that its joints lose to a payload or gravity.
+/// Whether the servo balances the pull at the joints of an arm. The pull is the speed that a joint loses to a payload or gravity.
 #[derive(Clone, Copy)]
 pub enum Hold {
-    /// The servo does not balance what a payload or gravity does to the arm.
+    /// The servo does not balance a payload or gravity.
     Nothing,
     /// The servo balances a payload or gravity, and the arm should stand.
     Standing,

@@ -43,7 +43,7 @@ const RETRY: Duration = Duration::from_millis(500);
 /// motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
-/// The weight of a new window in the smoothed speed fraction of the robot.
+/// The weight of a new window in the smoothed [`TrackingMonitor::factor()`].
 const SMOOTHING: f64 = 0.05;
 
 /// The fraction of its commanded distance that a joint has moved: the smallest and the largest such fraction over all delays of
@@ -330,8 +330,8 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Makes the servo send zeros for the time [`RETRY`], because `joint` has not obeyed since `since`. If `counts` is true, this adds
-    /// one to the times that [`LOSSES`] limits.
+    /// Makes the servo send zeros for the time [`RETRY`], because `joint` has not obeyed since `since`. If `counts` is true, this event
+    /// counts toward the limit [`LOSSES`].
     fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));

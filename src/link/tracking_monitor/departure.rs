@@ -13,8 +13,8 @@ use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
-/// The monitor compares how well a joint and the arm's other joints follow: as the moved distance divided by the commanded distance.
-/// A joint follows if its ratio is at least `PART` times the ratio of the other joints.
+/// Each joint moves a fraction of its commanded distance. A joint follows if its fraction is at least `PART` times the fraction of
+/// the arm's other joints.
 pub(super) const PART: f64 = 0.2;
 
 /// The least fraction of the commanded distance that a robot moves if it obeys at all. A robot that moves at least this fraction,
