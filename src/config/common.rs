@@ -49,8 +49,8 @@ pub(super) struct CycleParameters {
     /// rate of the cycle of the servo and of the simulated arm \[Hz\]
     #[parameter(default = 500, range = 1..=2000, fixed)]
     update_rate: i64,
-    /// SCHED_FIFO priority of the cycle's thread, with the node's memory locked; the DDS threads have one less. The system must
-    /// allow both. 0: normal threads
+    /// SCHED_FIFO priority of the cycle's thread; the DDS threads have one less, and the node's memory is locked. The system must
+    /// allow real-time priorities and locked memory. 0: normal threads
     #[parameter(range = 0..=99, fixed)]
     realtime_priority: i64,
 }
@@ -76,8 +76,8 @@ pub(super) struct TrajectoryParameters {
 }
 
 impl TrajectoryParameters {
-    /// Returns the control period of a servo with this `interface`. For any interface except trajectories, it
-    /// is `other`.
+    /// Returns the control period of a servo with this `interface`: one period of `trajectory_rate` if it sends trajectories, and
+    /// `other` if it sends any other kind of commands.
     pub fn period(&self, interface: Interface, other: Duration) -> Duration {
         if interface == Interface::Trajectory { period(self.trajectory_rate) } else { other }
     }

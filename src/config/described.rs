@@ -295,7 +295,8 @@ impl Described {
     }
 }
 
-/// Returns whether the `given` values name the frames of an arm but do not describe the arm.
+/// Returns whether the robot description is still missing: the `given` values name the frames of an arm, but do not describe the
+/// arm. A servo node then waits for a description on a topic.
 pub fn is_awaited(given: &[ParameterOverride]) -> bool {
     let is_given = |name: &str| text(given, name).is_some();
     (is_given("base_frame") || is_given("tool_frame"))

@@ -55,8 +55,8 @@ pub(super) struct GivenLimits {
 }
 
 impl GivenLimits {
-    /// Collects the joint limits among these values, for arms with these numbers of joints. If there are two arms with equally many
-    /// joints, limits for one arm count for both.
+    /// Collects the joint limits among the `given` values. `joints` has the number of joints of each arm. If there are two arms with
+    /// equally many joints, limits for one arm count for both.
     pub fn find(given: &[ParameterOverride], joints: &[usize]) -> Self {
         let list = |name: &str| {
             let last = given.iter().rev().find(|value| value.name == name)?;

@@ -24,13 +24,13 @@ struct TwoArmParameters {
     /// form of the law of two arms: J^T K e (as in the paper) or J^+ K e
     #[parameter(one_of = Map::NAMES, default = Map::DampedInverse)]
     controller: Map,
-    /// component that the law controls, of the pose of the right tool relative to the left tool
+    /// what the law controls: this component of the relative pose, which is the pose of the right tool in the left tool's frame
     #[parameter(one_of = Aim::RELATIVE_NAMES, default = Aim::Position.relative_name())]
     primitive: String,
-    /// gain K of the transposed form
+    /// gain K of the law in the form J^T K e
     #[parameter(name = "gains.transpose", default = 10.0, range = POSITIVE..=1e4)]
     transpose: f64,
-    /// gain K of the inverse form [1/s]
+    /// gain K of the law in the form J^+ K e [1/s]
     #[parameter(name = "gains.damped_inverse", default = 1.0, range = POSITIVE..=100.0)]
     inverse: f64,
     #[parameter(group)]

@@ -91,7 +91,7 @@ use dq_params::{
 };
 use std::sync::LazyLock;
 
-/// The built-in parameter file: the PUMA 560 of the reference work.
+/// The built-in parameter file. Its arm is the PUMA 560 in Sathuluri, *Dual Quaternion Based Control* (2018).
 pub const BUILTIN_FILE: &str = include_str!("msg_config/puma560.yaml");
 
 /// The parameters of one kind of node.

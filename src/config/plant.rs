@@ -10,7 +10,7 @@ use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use dq_plant::Realism;
 use std::time::Duration;
 
-/// The default node name of the simulated built-in arm, and the default node name of any other simulated arm.
+/// The default node names of a simulated arm: first for the built-in `puma560`, then for any other arm.
 pub const PLANT_NAMES: [&str; 2] = ["puma560", "arm"];
 
 /// The plant's parameters, typed and checked as a whole.

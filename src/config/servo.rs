@@ -14,8 +14,8 @@ struct OneArmParameters {
     /// control law; a switch takes effect in the next cycle, without a step in the command
     #[parameter(one_of = Law::names(), default = Law::Logc)]
     controller: Law,
-    /// components of the pose that the goal determines: the whole pose, the position, the position and the direction of the z axis,
-    /// the orientation, or the distance from the base. The others are free
+    /// what the tool must share with the goal: the whole pose, the position, the position and the direction of the z axis, the
+    /// orientation, or the distance from the base. The rest of the tool's pose is free
     #[parameter(one_of = Aim::NAMES, default = Aim::Pose)]
     task: Aim,
     #[parameter(group)]

@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 /// The time constant with which stiffness, damping and mass follow their parameters \[s\].
 const RAMP: f64 = 0.2;
 
-/// The stiffness about and along an axis at which the ramped number `k / (k + HALF)` is ½ \[N m/rad, N/m\]. The ramp uses this number
-/// in place of the stiffness `k`, because it is finite even for an infinite stiffness: 1. For a free direction it is 0.
+/// The stiffness about and along an axis at which `k / (k + HALF)` is ½ \[N m/rad, N/m\]. This fraction is ramped in place of the
+/// stiffness `k`, because it is finite even if `k` is infinite: the fraction is then 1. For a free direction, it is 0.
 const HALF: [f64; 2] = [50.0, 1000.0];
 
-/// The largest stiffness. An infinite one counts as this \[N/m, N m/rad\].
+/// The largest stiffness \[N/m, N m/rad\]. An infinite stiffness counts as this stiffness.
 const STIFF: f64 = 1e9;
 
 /// The least damping, relative to the critical damping. It exceeds 1, so that the two exponents of the solution are never equal.
@@ -22,14 +22,16 @@ const OVERDAMPED: f64 = 1.001;
 /// An offset that returns to the identity ends when its distance, its angle and its rates are below this \[m, rad; m/s, rad/s\].
 const ENDED: f64 = 1e-7;
 
-/// The offset from the goal to the yielded goal: a translation `p` along the goal's axes, and a rotation vector `φ`. As the reference
-/// work defines the logarithm of a pose (eq. 32), `φ` and `p` are twice the logarithm of the offset. They obey
+/// The offset from the goal to the yielded goal: a translation `p` along the goal's axes, and a rotation vector `φ`. They obey
 /// `M p″ + D p′ + K p = f` and `M dω/dt + D ω + J⁻ᵀ(φ) K φ = τ`, with diagonal matrices `M`, `D` and `K`. The force `f` is along the
-/// goal's axes; the torque `τ` and the body rate `ω` are along the axes of the yielded goal.
+/// goal's axes. The torque `τ` and the body rate `ω` are along the axes of the yielded goal.
 ///
-/// `J⁻¹` turns the body rate into the rate of `φ`, so both elastic terms are gradients of the energy `½ pᵀ K p + ½ φᵀ K φ`. So the offset
-/// is passive: it returns no more work than it took in. About one axis, `J⁻ᵀ K φ` is `K φ`, as in Fonseca, Adorno and Fraisse (2020),
-/// "Coupled task-space admittance controller using dual quaternion logarithmic mapping".
+/// `J⁻¹` turns the body rate into the rate of `φ`, so both elastic terms are gradients of the energy `½ pᵀ K p + ½ φᵀ K φ`. The offset
+/// is therefore passive: the work that it returns never exceeds the work that it has taken in.
+///
+/// For a rotation about one axis, `J⁻ᵀ K φ` is `K φ`, as in Fonseca, Adorno and Fraisse (2020), "Coupled task-space admittance
+/// controller using dual quaternion logarithmic mapping". `φ` and `p` are twice the
+/// [`half_log`](UnitDualQuaternion::half_log) of the offset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Admittance {
     offset: UnitDualQuaternion,
@@ -152,8 +154,8 @@ impl Admittance {
     }
 }
 
-/// Solves `d²y/dt² + 2a dy/dt + b y = u` from `y = 0` and speed `v` over the time `t`, with `[2a, b]` as given and `a² > b ≥ 0`.
-/// Returns the travel `y` and the speed. The solution is exact, so it is stable for every `t`.
+/// Solves `d²y/dt² + 2a dy/dt + b y = u`, where `a² > b ≥ 0`. The third argument is `[2a, b]`. At time 0, `y` is 0 and `dy/dt` is
+/// `v`. Returns `y` and `dy/dt` at time `t`. The solution is exact, so it is stable for every `t`.
 fn step(v: f64, u: f64, [twice_a, b]: [f64; 2], t: f64) -> (f64, f64) {
     let a = 0.5 * twice_a;
     let half = (a * a - b).max(0.0).sqrt();
@@ -171,8 +173,9 @@ fn step(v: f64, u: f64, [twice_a, b]: [f64; 2], t: f64) -> (f64, f64) {
     (travel, v * (slow * e_slow - fast * e_fast) / apart + u * response)
 }
 
-/// Returns `J⁻¹`, which turns the body rate of a rotation into the rate of its rotation vector φ, `turn` \[rad\]:
-/// `I + ½ [φ]× + (1 − α)/θ² [φ]×²`, with `θ = |φ|`, and with `α = (θ/2) cot(θ/2)` as in the logarithm of SE(3).
+/// Returns the matrix `J⁻¹` for the rotation vector `turn` \[rad\], called `φ` below. The matrix turns the body rate of the rotation
+/// into the rate of `φ`. It is `I + ½ [φ]× + (1 − α)/θ² [φ]×²`, with `θ = |φ|`, and with `α = (θ/2) cot(θ/2)` as in the logarithm of
+/// SE(3).
 pub(crate) fn inverse_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
     let (angle, cross) = (turn.norm(), turn.cross_matrix());
     let half = 0.5 * angle;

@@ -19,7 +19,7 @@ pub struct Compliance {
     /// stiffness along and about x, y, z of the tool; 0: free, .inf: the goal does not yield \[N/m, N m/rad\]
     #[parameter(default = [500.0, 500.0, 500.0, 30.0, 30.0, 30.0], range = 0.0..=f64::INFINITY)]
     pub stiffness: [f64; 6],
-    /// damping along and about x, y, z of the tool; too little counts as the least that is stable \[N s/m, N m s/rad\]
+    /// damping along and about x, y, z of the tool; raised to the least stable value if it is smaller \[N s/m, N m s/rad\]
     #[parameter(default = [300.0, 300.0, 300.0, 8.0, 8.0, 8.0], range = 1e-3..=1e6)]
     pub damping: [f64; 6],
     /// virtual mass along, and inertia about, x, y, z of the tool \[kg, kg m²\]
@@ -28,7 +28,7 @@ pub struct Compliance {
     /// wrench that the tool is to exert along and about its x, y, z, where the stiffness is 0 \[N, N m\]
     #[parameter(range = -1e4..=1e4)]
     pub force_goal: [f64; 6],
-    /// stiffest contact that has to be stable: along, and about an axis \[N/m, N m/rad\]
+    /// largest stiffness of a contact at which the arm must be stable: along an axis, and about an axis \[N/m, N m/rad\]
     #[parameter(default = [1e4, 100.0], range = 0.0..=1e6)]
     pub stiffest: [f64; 2],
     /// largest distance and angle by which the goal yields \[m, rad\]
@@ -74,8 +74,9 @@ pub fn sizes(wrench: &Vector6<f64>) -> [f64; 2] {
 }
 
 impl Compliance {
-    /// Returns the least damping at which the [stiffest](Self::stiffest) contact is stable, if the tool yields `delay` \[s\] after
-    /// the sensor's message. The first number is for motion along an axis, the second for motion about it \[N s/m, N m s/rad\].
+    /// Returns the least damping at which a contact with the stiffness [`stiffest`](Self::stiffest) is stable, if the tool yields
+    /// `delay` \[s\] after the sensor's message. The first number is for motion along an axis \[N s/m\], the second for motion about an
+    /// axis \[N m s/rad\].
     ///
     /// With stiffness `k` of the contact and delay `T`, the characteristic equation `m s² + d s + K + k exp(−s T) = 0` has a root
     /// `s = iω` only for `d = k sin(ωT)/ω ≤ k T`. So `d ≥ k T` is stable for every mass `m` and stiffness `K`.

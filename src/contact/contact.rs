@@ -8,8 +8,8 @@ use nalgebra::{UnitQuaternion, Vector6};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// After a wrench has stopped the arm, the wrench may grow to this many times its size at that stop before the arm stops again. So
-/// the arm can leave the contact.
+/// A wrench that has stopped the arm stops the arm again only if it grows to this many times its size at the last stop. Without
+/// this margin, the arm could not move out of the contact.
 const LEAVING: f64 = 1.2;
 /// The contact has ended when force and torque are both below this fraction of their limits.
 const LEFT: f64 = 0.8;
@@ -17,11 +17,11 @@ const LEFT: f64 = 0.8;
 /// Why a contact stops the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ContactFault {
-    /// The force exceeds its limit \[N\].
+    /// The force has this size \[N\], which exceeds its limit.
     Force(f64),
-    /// The torque exceeds its limit \[N m\].
+    /// The torque has this size \[N m\], which exceeds its limit.
     Torque(f64),
-    /// The force grows as the tool yields to it \[N\].
+    /// The force has this size \[N\], and grows as the tool yields to it. So its sign is probably wrong.
     Sign(f64),
 }
 
@@ -46,7 +46,8 @@ pub struct ContactState {
     /// The offset by which the goal yields.
     pub offset: Admittance,
     sign: SignWatch,
-    /// The raised limits of force and torque, from a stop until the contact ends \[N, N m\]; `None` at other times.
+    /// The raised limits of force and torque \[N, N m\]. They replace the limits of the parameters from the time at which a wrench stops
+    /// the arm until the contact ends; `None` at other times.
     tolerated: Option<[f64; 2]>,
 }
 

@@ -6,8 +6,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// A contact begins when the force reaches `TOUCH` \[N\] or `DEAD_BANDS` times the dead band, whichever is larger. It ends when the
-/// force falls below half of that.
+/// A contact begins when the force reaches `TOUCH` \[N\] or `DEAD_BANDS` times the dead band, whichever is larger. The contact ends
+/// when the force falls below half of this threshold.
 const TOUCH: f64 = 3.0;
 const DEAD_BANDS: f64 = 3.0;
 
@@ -42,8 +42,9 @@ pub(crate) struct SignWatch {
 }
 
 impl SignWatch {
-    /// Takes the `force` on the tool \[N\] and the tool's `velocity` [m/s], both along the tool's axes. `dt` is the time since the
-    /// last call \[s\]. Returns whether the sign of the force is wrong.
+    /// Takes the `force` on the tool \[N\] and the tool's `velocity` [m/s], both along the tool's axes. `dead_band` is the force to
+    /// which the goal does not yield \[N\], and `dt` is the time since the last call \[s\]. Returns whether the sign of the force is
+    /// wrong.
     pub fn update(&mut self, force: &Vector3<f64>, velocity: &Vector3<f64>, dead_band: f64, dt: f64) -> bool {
         let (size, touches) = (force.norm(), TOUCH.max(DEAD_BANDS * dead_band));
         if size <= dead_band.max(TOUCH / 3.0) {

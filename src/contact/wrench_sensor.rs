@@ -11,8 +11,7 @@ use std::time::Duration;
 /// The largest force or torque that a message may contain \[N, N m\].
 const LARGEST: f64 = 1e12;
 
-/// The longest interval between two wrenches that the low-pass filter and the running mean use \[s\]. They count a longer interval
-/// as this long.
+/// The low-pass filter and the running mean count a longer interval between two wrenches as this long \[s\].
 const LONGEST_INTERVAL: f64 = 0.1;
 
 /// The time constant of the running mean \[s\]. [`WrenchSensor::tare`] sets the bias of the sensor to this mean.
@@ -30,9 +29,9 @@ pub struct WrenchReading<'a> {
     pub force: [f64; 3],
     /// Torque about the origin of the sensor's frame \[N m\].
     pub torque: [f64; 3],
-    /// The name of the frame in which the pose `sensor` is given: the base frame or the tool frame. Empty for the tool frame.
+    /// The base frame or the tool frame, in which the pose `sensor` is given. An empty name stands for the tool frame.
     pub frame_id: &'a str,
-    /// The pose of the sensor's frame in `frame_id`.
+    /// The pose of the sensor's own frame, relative to the frame named by `frame_id`.
     pub sensor: UnitDualQuaternion,
     /// The number of the publisher.
     pub source: u32,

@@ -58,9 +58,9 @@ pub enum DescriptionError {
     NoSuchLink {
         /// The parameter that names the link.
         frame: &'static str,
-        /// The name that was given.
+        /// The parameter's value, which names no link.
         name: String,
-        /// Some of the names of links.
+        /// Some link names of the robot description, for the error message.
         known: String,
     },
     /// No chain of joints leads from the base to the tool.
@@ -115,20 +115,20 @@ impl Motion {
     }
 }
 
-/// The limits of a joint, in rad, rad/s, rad/s²; for a prismatic joint in m, m/s, m/s².
+/// The limits of a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointLimits {
-    /// The smallest position; `None` for a continuous joint.
+    /// The smallest position \[rad, prismatic: m\]; `None` for a continuous joint.
     pub lower: Option<f64>,
-    /// The largest position; `None` for a continuous joint.
+    /// The largest position \[rad, prismatic: m\]; `None` for a continuous joint.
     pub upper: Option<f64>,
-    /// The largest speed; `None` if the description has none.
+    /// The largest speed [rad/s, prismatic: m/s]; `None` if the description has none.
     pub velocity: Option<f64>,
-    /// The largest acceleration; `None` if the description has none (URDF 1.2).
+    /// The largest acceleration [rad/s², prismatic: m/s²]; `None` if the description has none. Only URDF 1.2 has accelerations.
     pub acceleration: Option<f64>,
-    /// The largest deceleration; `None` if the description has none (URDF 1.2).
+    /// The largest deceleration [rad/s², prismatic: m/s²]; `None` if the description has none. Only URDF 1.2 has decelerations.
     pub deceleration: Option<f64>,
-    /// The largest jerk [rad/s³, m/s³]; `None` if the description has none (URDF 1.2).
+    /// The largest jerk [rad/s³, prismatic: m/s³]; `None` if the description has none. Only URDF 1.2 has jerks.
     pub jerk: Option<f64>,
 }
 

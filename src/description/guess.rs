@@ -60,7 +60,7 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess
 struct Branch<'a> {
     joint: Node<'a, 'a>,
     child: &'a str,
-    /// Whether the joint cannot move on its own, because it follows earlier joints, as a mimic joint of a linkage does.
+    /// Whether the joint is a mimic joint whose driver comes earlier on the chain, so that it cannot move independently.
     follows: bool,
 }
 
@@ -100,7 +100,7 @@ struct Branches<'a> {
 struct Beyond {
     /// The largest number of driven joints on one chain.
     joints: usize,
-    /// Whether any of the links beyond can move relative to the link, other than by joints that follow earlier joints.
+    /// Whether any of these chains moves. A mimic joint does not count if its driver comes earlier on the chain.
     moves: bool,
 }
 
@@ -232,8 +232,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the alternatives to `tool`. These are the other links that move rigidly with `tool`. Beyond each moving joint that
-    /// such a link carries, the first link is an alternative, too.
+    /// Returns the alternatives to `tool`. These are the other links that move rigidly with `tool`, and the links that are connected
+    /// to them by one moving joint.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent

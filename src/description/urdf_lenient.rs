@@ -14,7 +14,7 @@ const CDATA: &str = "![CDATA[";
 /// Returns the first `<robot>` of `text` as XML. Each element keeps its line number.
 ///
 /// # Errors
-/// [`DescriptionError::NotXml`] for a text that tinyxml2 rejects, too, [`DescriptionError::Xacro`] for a macro.
+/// [`DescriptionError::NotXml`] for a text that even tinyxml2 rejects, and [`DescriptionError::Xacro`] for a xacro macro.
 pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     // A C string ends at the first NUL.
     let all = text.split('\0').next().unwrap_or_default();
@@ -106,7 +106,7 @@ fn name(text: &str) -> Option<(&str, &str)> {
     text.starts_with(is_first).then(|| text.split_at(text.find(|c| !is_more(c)).unwrap_or(text.len())))
 }
 
-/// The XML document that is written.
+/// The writer of the corrected XML document.
 #[derive(Default)]
 struct Xml {
     out: String,
@@ -118,7 +118,8 @@ struct Xml {
 }
 
 impl Xml {
-    /// Inside the robot element, writes `text` in place of `read`. Outside of that element, writes only the line ends of `read`.
+    /// Writes `text` in place of `read` inside the robot element, and no text outside of it. Then writes the line ends of `read` that
+    /// the text lacks, so that the elements keep their line numbers.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());

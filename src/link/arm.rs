@@ -22,7 +22,7 @@ const TWO_STATES: Duration = Duration::from_millis(20);
 /// The largest assumed time from a command to the joint state that shows its effect.
 const LATELY: Duration = Duration::from_millis(250);
 
-/// How long the link uses a speed scaling that the robot has reported. Afterwards the link uses the speed scaling that it has
+/// How long the link uses a speed scaling after the robot has reported it. Afterwards the link uses the speed scaling that it has
 /// measured.
 const TOLD: Duration = Duration::from_secs(1);
 
@@ -43,7 +43,8 @@ pub(crate) struct ArmLink {
     velocities: Vec<f64>,
     /// A buffer for the displacement that was commanded to each joint between two times \[rad, prismatic: m\].
     asked: Vec<f64>,
-    /// The mean speed that was commanded to each joint during [`LATELY`] before the last comparison [rad/s, prismatic: m/s].
+    /// The mean commanded speed of each joint in the last comparison of motion with commands [rad/s, prismatic: m/s]. The mean is over
+    /// the time [`LATELY`] up to the newest compared command.
     means: Vec<f64>,
     /// The index of each joint of the arm in the last message.
     places: Vec<usize>,
@@ -62,8 +63,8 @@ pub(crate) struct ArmLink {
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the arm's speed has become known, after the arm appeared or after a gap in the cycles, and no command has started at
-    /// that speed yet. Commands wait until the states of all arms are known.
+    /// Whether the next command must start at the arm's present speed. This is true when that speed becomes known, after the arm
+    /// appeared or after a gap in the cycles. It stays true until the states of all arms are known, because no command is sent before.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,
@@ -89,8 +90,8 @@ struct Newcomer {
     since: Duration,
     /// The positions at the time `since` \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// The mean velocities between the previous joint state and the time `since` [rad/s, prismatic: m/s]; `None` if this is the
-    /// first joint state.
+    /// The mean velocities measured up to the time `since` [rad/s, prismatic: m/s]; `None` if there are no earlier positions to
+    /// compare with.
     velocity: Option<Vec<f64>>,
 }
 
@@ -203,8 +204,8 @@ impl ArmLink {
         }
     }
 
-    /// Processes the joint state that has arrived since the last cycle. `measured` and `velocity` have the numbers of all arms.
-    /// `is_known` is whether the states of all arms were known in the last cycle.
+    /// Processes the joint state that has arrived since the last cycle, and updates the arm's part of `measured` and `velocity`. These
+    /// two lists have one number per joint of all arms. `is_known` is whether the states of all arms were known in the last cycle.
     pub fn advance(
         &mut self,
         settings: &LinkSettings,

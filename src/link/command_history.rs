@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How long commands are kept. This is twice the sum of two times: the window over which motion is compared, and the longest delay.
+/// How long commands are kept at least. This covers the time of a motion that is compared with its commands, and the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
 /// The recent commands of all joints, stored as sums of displacements.
@@ -138,7 +138,8 @@ struct Place {
 }
 
 impl Window<'_> {
-    /// Moves both ends of the window back in time by `by`. Searches for the commands in force only near the old ends.
+    /// Moves both ends of the window back in time by `by`. The search for the commands in force at the new ends starts at the old ends,
+    /// so a small `by` takes little time.
     pub fn move_back(&mut self, by: Duration) {
         for place in [&mut self.from, &mut self.to] {
             place.time -= by.as_secs_f64();

@@ -8,13 +8,13 @@ use crate::seconds;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The clocks count as agreeing while joint states are at most this old by their stamps.
+/// The clocks of the robot and of this host count as agreeing while joint states are at most this old by their stamps.
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
-/// How long the clocks must agree before stamps are used.
+/// How long the clocks of the robot and of this host must agree before stamps are used.
 const AGREEMENT: Duration = Duration::from_millis(200);
-/// How long the clocks must disagree before stamps are no longer used. A single late joint state does not prove that the clocks
-/// disagree.
+/// How long the clocks of the robot and of this host must disagree before stamps are no longer used. A single late joint state does
+/// not prove that the clocks disagree.
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
 /// The candidates for the response time: `CANDIDATES` multiples of `STEP`, from zero on. All are below `LONGEST_RESPONSE`.
@@ -25,8 +25,8 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// If even the worst candidate has a misfit below this \[rad²\], noise would decide, and no candidate is chosen. The misfit is the
-/// sum of the squared differences between motion and commands.
+/// If the misfits of all candidates for the response time are below this \[rad²\], noise would decide, and no candidate is chosen.
+/// The misfit is the sum of the squared differences between motion and commands.
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age.
@@ -34,9 +34,9 @@ const SMOOTHING: f64 = 0.2;
 /// The weight of a new motion in the smoothed response time.
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
-/// Estimates the delay of one arm. It has two parts: the age of a joint state on arrival, and the robot's response time. The age
-/// comes from the stamp if the clocks agree. The response time comes from a comparison of the measured motion with earlier
-/// commands.
+/// Estimates the delay of one arm. The delay is the sum of the age of a joint state on arrival and the robot's response time. The
+/// age comes from the stamps if the clocks agree; otherwise it is part of the estimated response time. The response time comes from
+/// a comparison of the measured motion with earlier commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
     /// The time since which stamps have been plausible; `None` while the clocks disagree.

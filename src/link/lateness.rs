@@ -9,12 +9,12 @@ const WINDOW: Duration = Duration::from_secs(2);
 /// Robots with a command timeout stop about this long after the last command. A longer lateness has no further effect.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
-/// The weight of the newest cycle in the average time between cycles. It makes the average cover about fifty cycles, which is how
-/// long a stop takes.
+/// The weight of the newest cycle in the average time between cycles. With this weight, the average covers about fifty cycles,
+/// because a stop takes about this many cycles.
 const SMOOTHING: f64 = 0.02;
 
-/// The recent lateness of the cycles: the largest lateness of a single cycle, and the largest average lateness over the duration of
-/// a stop.
+/// The recent lateness of the cycles: the largest lateness of a single cycle, and the largest average lateness of as many cycles as
+/// a stop takes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,
@@ -55,7 +55,7 @@ impl Cycles {
         self.latest.worst()
     }
 
-    /// Returns the time between cycles, averaged over the duration of a stop: the largest such average in the last 2 to 4 s.
+    /// Returns the largest average time between cycles in the last 2 to 4 s. Each average covers about as many cycles as a stop takes.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }

@@ -63,9 +63,9 @@ pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
 pub enum Contact {
     /// The arm follows.
     Following,
-    /// The arm stands, or has not yet responded to a command. The servo drives it gently.
+    /// The arm stands, or has not yet responded to a command. The servo limits its commands to a low speed.
     Unseen,
-    /// The arm did not follow. The servo is trying it gently again.
+    /// The arm did not follow. The servo tries to move it again, at a low speed.
     Lost,
     /// The arm did not follow. The servo sends zeros for a while.
     Resting,
@@ -75,7 +75,7 @@ pub enum Contact {
     Contended,
 }
 
-/// What the link has estimated about one arm, as of one cycle.
+/// The link's estimates about one arm in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
     /// The delay of the last joint state: its age on arrival plus the robot's response time. A latency set by parameter replaces this
@@ -86,15 +86,15 @@ pub struct ArmFigures {
     pub delay: Duration,
     /// The largest lateness of a cycle or of a joint state in the last 2 to 4 s.
     pub lateness: Duration,
-    /// The time between cycles, averaged over the duration of a stop. This is the largest such average in the last 2 to 4 s, and at
-    /// least the control period.
+    /// The largest average time between cycles in the last 2 to 4 s, and at least the control period. Each average covers about as many
+    /// cycles as a stop takes.
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,
     /// The fraction of its commanded speed at which the arm moves, at most 1.
     pub factor: f64,
-    /// Whether the next command must start at the arm's present speed, because the robot appeared in this cycle, or the cycles
-    /// resumed after a gap.
+    /// Whether the next command must start at the arm's present speed, because the robot has appeared, or the cycles have resumed
+    /// after a gap.
     pub came: bool,
 }
 

@@ -23,7 +23,7 @@ pub struct Link {
     velocity: Vec<f64>,
     /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that keeps it still against a payload or gravity.
     hold: Vec<f64>,
-    /// The part of each joint's hold to which the joint has responded [rad/s, prismatic: m/s].
+    /// The part of each joint's `hold` that counts as tested, because the joint has responded to it [rad/s, prismatic: m/s].
     proven: Vec<f64>,
 }
 
@@ -53,8 +53,8 @@ impl Link {
     }
 
     /// Takes the joint state `reading`, received at `now`, for the next cycle. If several joint states arrive before that cycle,
-    /// the last valid one counts. Returns whether its publisher is in use. Another publisher takes over only after the publisher in
-    /// use has been silent for `silence`.
+    /// the last valid one counts. Returns false if `reading` is ignored because another publisher is in use. A publisher takes over
+    /// only after the publisher in use has been silent for `silence`.
     pub fn take(
         &mut self,
         arm: usize,
@@ -114,8 +114,8 @@ impl Link {
         })
     }
 
-    /// Forgets the times at which the arms stopped following, so that each of them counts for one revocation of consent only. Also
-    /// lets the [hold](Self::hold()) of an arm that does not follow return to 0 until the servo drives this arm again.
+    /// Notes that consent has been revoked. Each time at which an arm stopped following counts for one revocation only, so all these
+    /// times are forgotten. The [hold](Self::hold()) of an arm that does not follow returns to 0 until the servo drives this arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -197,8 +197,8 @@ impl Link {
         &self.hold
     }
 
-    /// Returns the pull at each joint: by how much a payload or gravity reduces its speed below the command [rad/s, prismatic:
-    /// m/s].
+    /// Returns the pull at each joint: by how much a payload or gravity reduces the joint's speed below the command [rad/s,
+    /// prismatic: m/s].
     pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
         self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
     }
@@ -224,8 +224,8 @@ impl Link {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the longest interval of joint states among the arms whose joint states arrive too rarely for `state_timeout`; `None`
-    /// if there is no such arm.
+    /// Returns the time between the joint states of an arm if they arrive too rarely for `state_timeout`. If both arms have this fault,
+    /// returns the longer time. Returns `None` if no arm has it.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
@@ -273,8 +273,8 @@ impl Link {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor by which to scale `target` [rad/s, prismatic: m/s] so that joints that have not yet responded move
-    /// gently. `accelerations` are the joints' acceleration limits [rad/s², prismatic: m/s²].
+    /// Returns the factor, at most 1, by which to scale the speeds `target` [rad/s, prismatic: m/s] so that no joint that has not yet
+    /// responded gets a fast command. `accelerations` are the joints' acceleration limits [rad/s², prismatic: m/s²].
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {

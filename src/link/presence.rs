@@ -54,7 +54,8 @@ pub(crate) struct Step<'a> {
     /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
     /// The displacement that was recently commanded to each joint \[rad, prismatic: m\]. A motion is plausible up to this distance
-    /// plus the distance at the limit in `speeds`. The commands count in addition because the limit may have been lowered since.
+    /// plus the distance at the speed limit in `speeds`. The speed limit alone is not enough, because it may have been lowered after
+    /// these commands.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
@@ -63,8 +64,8 @@ pub(crate) struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Returns the event if the robot appeared, was silent for longer than `timeout`, or moved farther than it can move between the
-    /// two joint states. Otherwise returns `None`.
+    /// Returns the [`Return`] event if the robot appeared, was silent for longer than `timeout`, or jumped. It jumped if a joint moved
+    /// farther than is plausible between the two joint states. Returns `None` if there is no such event.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
         // Before the clock began there was no request that could be revoked.
         let lately = self.now.checked_sub(timeout);

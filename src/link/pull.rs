@@ -60,14 +60,14 @@ pub(crate) struct Pull {
     pub compared: Option<Duration>,
 }
 
-/// Whether the servo balances the pull of a payload or of gravity at the joints.
+/// Whether the servo balances the pull at the joints of an arm. The pull is the speed that a joint loses to a payload or gravity.
 #[derive(Clone, Copy)]
 pub enum Hold {
-    /// The servo does not balance the pull.
+    /// The servo does not balance a payload or gravity.
     Nothing,
-    /// The servo balances the pull at an arm that should stand.
+    /// The servo balances a payload or gravity, and the arm should stand.
     Standing,
-    /// The servo balances the pull at an arm that it drives.
+    /// The servo balances a payload or gravity, and moves the arm.
     Driven,
 }
 
@@ -105,8 +105,8 @@ impl Pull {
         Self { speeds: zeros.clone(), steps: zeros, driven: false, compared: None }
     }
 
-    /// Returns the pull at each joint: by how much a payload or gravity reduces its speed below the command [rad/s, prismatic:
-    /// m/s].
+    /// Returns the pull at each joint: by how much a payload or gravity reduces the joint's speed below the command [rad/s,
+    /// prismatic: m/s].
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }

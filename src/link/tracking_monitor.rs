@@ -12,8 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The least commanded distance of a joint in a window from which the monitor judges whether the joint follows \[rad, prismatic:
-/// m\].
+/// A joint is judged in a window only if it is commanded to move at least this far in the window \[rad, prismatic: m\].
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The monitor reports a joint that moves at least this many times as far as commanded.
@@ -44,7 +43,7 @@ const RETRY: Duration = Duration::from_millis(500);
 /// motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
-/// The weight of a new window in the smoothed speed fraction of the robot.
+/// The weight of a new window in the smoothed [`TrackingMonitor::factor()`].
 const SMOOTHING: f64 = 0.05;
 
 /// The fraction of its commanded distance that a joint has moved: the smallest and the largest such fraction over all delays of
@@ -199,7 +198,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Forgets the times at which the arm stopped following, so that each of them counts for one revocation of consent only.
+    /// Forgets the times at which the arm stopped following. Each such time counts for one revocation of consent only.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }
@@ -331,8 +330,8 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Makes the servo send zeros for a while, because `joint` has not obeyed since `since`. If `counts` is true, this is one of
-    /// the [`LOSSES`].
+    /// Makes the servo send zeros for the time [`RETRY`], because `joint` has not obeyed since `since`. If `counts` is true, this event
+    /// counts toward the limit [`LOSSES`].
     fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));

@@ -334,7 +334,7 @@ fn a_running_servo_accepts_what_the_parameters_accept() {
     assert!(servo.configure(spoilt.settings).is_err());
 }
 
-/// We have no other parameters in these namespaces. A user who sets an unknown parameter there expects an effect.
+/// A node rejects an unknown name in a namespace of this project, such as `limits`. Its likely cause is a typing error.
 #[test]
 fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     for (name, near) in [

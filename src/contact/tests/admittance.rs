@@ -7,7 +7,7 @@ use dq_algebra::{UnitDualQuaternion, stack};
 use nalgebra::{Matrix3, Matrix4, Unit, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 
-/// A delay that does not raise the damping, so that the tests know the equation \[s\].
+/// The delay of most tests \[s\]. Without a delay, the admittance does not raise the damping, so the damping is that of the parameters.
 const NO_DELAY: f64 = 0.0;
 
 /// Returns an admittance whose parameters have reached those of `compliance`.
@@ -72,7 +72,7 @@ fn hat(twist: &Vector6<f64>) -> Matrix4<f64> {
     matrix
 }
 
-/// Returns the rotation vector and the translation of a pose: twice the logarithm of eq. 32.
+/// Returns the rotation vector and the translation of a pose.
 fn pair(pose: &UnitDualQuaternion) -> Vector6<f64> {
     2.0 * pose.half_log()
 }
@@ -143,7 +143,7 @@ fn the_inverse_jacobian_turns_the_body_rate_into_the_rate_of_the_rotation_vector
     }
 }
 
-/// A number whose order of magnitude is random.
+/// Yields `10^p` for a random power `p` in `range`.
 fn magnitude(range: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
     range.prop_map(|power| 10_f64.powf(power))
 }
@@ -244,9 +244,9 @@ fn changed_parameters_do_not_move_the_offset_at_once() {
     }
 }
 
-/// Simulates a wall that begins at 0 along x, and a goal that moves into it at 5 cm/s. The force acts `delay` \[s\] later; the
-/// admittance is told a delay of `told` \[s\]. Returns the largest deviation of the force from its mean in the last second of the 6 s,
-/// divided by that mean.
+/// Simulates for 6 s a goal that moves along x at 5 cm/s into a wall with the stiffness `wall` \[N/m\]. The wall's force reaches the
+/// admittance `delay` \[s\] late, but the admittance assumes the delay `told` \[s\]. Returns the largest deviation of the force from its
+/// mean in the last second, divided by this mean.
 fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     let dt = 1e-3;
     let mut admittance = settled(compliance);
@@ -267,9 +267,9 @@ fn swings(wall: f64, delay: f64, compliance: &Compliance, told: f64) -> f64 {
     forces.iter().map(|force| (force - mean).abs()).fold(0.0, f64::max) / mean
 }
 
-/// Returns the damping `d` at the border of stability, by theory, at a contact of stiffness `k` and with the delay `t`. `m` and
-/// `stiffness` are the mass and the stiffness of the admittance. The border is at `d = k sin(ωT)/ω`, with `T` for `t`. The angular
-/// frequency `ω` solves `m ω² = K + k cos(ωT)`, with `K` for `stiffness`.
+/// Returns the theoretical damping `d` at the border of stability. The contact has the stiffness `k`, and the delay is `t`. The
+/// admittance has the mass `m` and the stiffness `stiffness`, which is `K` in the formulas. At the border, `d = k sin(ω t)/ω`, and
+/// the angular frequency `ω` solves `m ω² = K + k cos(ω t)`.
 fn border(k: f64, t: f64, [m, stiffness]: [f64; 2]) -> f64 {
     let (mut low, mut high) = (0.0, std::f64::consts::PI / t);
     for _ in 0..100 {

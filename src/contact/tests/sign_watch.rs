@@ -5,8 +5,9 @@ use nalgebra::Vector3;
 
 const DT: f64 = 0.002;
 
-/// Moves a tool into a wall at 5 cm/s, along a skew direction, and yields at 1/300 of the force that the sensor reports. Returns
-/// how long after the first touch \[s\] the wrong sign is detected; `None` if it is not detected.
+/// Moves a tool along a skew direction into a wall with this `stiffness` \[N/m\]. The sensor reports the force with the factor
+/// `sign` and with `noise` \[N\]. The tool's speed is 5 cm/s plus 1/300 m/s per newton of reported force. Returns the time from the
+/// first touch until the wrong sign is detected \[s\]; `None` if it is not detected.
 fn contact(stiffness: f64, sign: f64, noise: f64) -> Option<f64> {
     let (mut watch, mut depth) = (SignWatch::default(), -0.01);
     let direction = Vector3::new(0.6, 0.0, -0.8);

@@ -5,8 +5,9 @@ use dq_description::{Description, Guess, guess_frames};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Returns a description of these chains. Each chain is a list of links, with the kind of joint between them. `R` and `P` have
-/// symmetric limits, `J` opens to one side, and `M` mimics the joint that carries the named link.
+/// Returns a description of these chains. Each chain is a list of links, with the kind of joint between two links: `F` is a fixed
+/// joint, `R` a revolute joint with symmetric limits, and `P` a prismatic joint. `J` is a revolute joint that turns mainly to one
+/// side, like a finger. `M:a` mimics the joint that carries the link `a`.
 fn robot(chains: &[&str]) -> String {
     let (mut links, mut joints) = (BTreeSet::<&str>::new(), String::new());
     for chain in chains {

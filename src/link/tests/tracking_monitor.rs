@@ -29,7 +29,8 @@ fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Dura
     })
 }
 
-/// Returns random commands for two to four seconds, up to the probing speed.
+/// Returns random commands for two joints, as [`lost_after`] takes them, for two to four seconds. Their speeds are at most 0.05 rad/s,
+/// which is the speed limit for a joint that has not yet responded.
 fn pieces() -> impl Strategy<Value = Vec<[f64; 2]>> {
     let speed = || prop_oneof![Just(0.0), -0.05..0.05, -0.005..0.005];
     prop::collection::vec([speed(), speed()], 40..80)

@@ -13,8 +13,8 @@ use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows if the fraction of its commanded distance that it moves is at least `PART` times the same fraction of the other
-/// joints.
+/// Each joint moves a fraction of its commanded distance. A joint follows if its fraction is at least `PART` times the fraction of
+/// the arm's other joints.
 pub(super) const PART: f64 = 0.2;
 
 /// The least fraction of the commanded distance that a robot moves if it obeys at all. A robot that moves at least this fraction,
@@ -24,8 +24,9 @@ pub(super) const SLOWEST: f64 = 0.02;
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// As long as a joint has not responded, its command changes by at most `PROBE_SPEED` [rad/s, prismatic: m/s], and by at most its
-/// acceleration limit times `PROBE_TIME` \[s\]. The change is kept this small because a joint that responds late makes it at once.
+/// Until a joint has responded, its command changes by at most `PROBE_SPEED` [rad/s, prismatic: m/s], and by at most its
+/// acceleration limit times `PROBE_TIME` \[s\]. When the joint responds at last, it makes the whole change in one jump, so the change
+/// must be small.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_TIME: f64 = 0.01;
 
@@ -33,7 +34,7 @@ const PROBE_TIME: f64 = 0.01;
 /// standstill is smaller.
 const SEEN: f64 = 2e-4;
 
-/// A joint does not follow in two cases. Either it has not responded within `PATIENCE` after a command to move by
+/// A joint counts as not following in two cases. Either it has not responded within `PATIENCE` after it should have moved by
 /// [`PROBE_DISTANCE`], or it has not responded to commands to move by `LONGEST_PROBE` \[rad, prismatic: m\].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
@@ -49,15 +50,15 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// `TrackingMonitor::watch_motion` then compares the joint's whole motion with its commands.
 const SLOW: f64 = 0.1;
 
-/// The least commanded change X (see the documentation of the module) from which the monitor judges whether a slow joint has
-/// stopped responding \[rad, prismatic: m\].
+/// The monitor judges whether a slow joint has stopped responding only after its commands have demanded at least this change X
+/// \[rad, prismatic: m\]. The documentation of the module defines X.
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It is enough for an encoder with 8192 counts
-/// per turn that jumps by one count within a window.
+/// Largest assumed error of the measured speed at an anchor [rad/s, prismatic: m/s]. It covers one count of an encoder with 8192
+/// counts per turn in the window in which the speed is measured.
 const NOISE: f64 = 0.02;
 
-/// If a joint is not commanded to move, the monitor updates its [`Anchor`]s after this time.
+/// The least age at which the monitor replaces the [`Anchor`]s of a joint that is not commanded to move.
 const MEMORY: Duration = Duration::from_secs(1);
 
 /// Returns the largest change of a joint's command before the joint has responded [rad/s, prismatic: m/s]. `acceleration` is the
@@ -110,8 +111,9 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns X and Y of the module's documentation \[rad, prismatic: m\]: by how much the commanded and the measured displacement
-    /// since this anchor differ from a motion at the anchor's constant speed.
+    /// Returns X and Y of the module's documentation \[rad, prismatic: m\]. X is the commanded displacement since this anchor, minus the
+    /// displacement at the anchor's `command`. Y is the measured displacement since this anchor, minus the displacement at the anchor's
+    /// `speed`.
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -164,13 +166,13 @@ impl Departure {
         }
     }
 
-    /// Drops the responses, because the arm stands.
+    /// Forgets which joints have responded and which responses are due, because the arm stands.
     pub fn forget(&mut self) {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// Forgets which joints have responded, because the arm still stands: only the commands that balance a payload or gravity have
-    /// moved these joints.
+    /// Forgets which joints have responded while the arm stands. Such joints have responded only to commands that balance a payload or
+    /// gravity.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }
@@ -191,7 +193,7 @@ impl Departure {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
 
-    /// Notes each joint's command and measured speed in the last window [rad/s, prismatic: m/s].
+    /// Stores the mean command and the mean measured speed of each joint in the last window [rad/s, prismatic: m/s].
     pub fn note_speeds(&mut self, speeds: impl Iterator<Item = (f64, f64)>) {
         for (it, (command, speed)) in self.responses.iter_mut().zip(speeds) {
             (it.now.command, it.now.speed) = (command, speed);
@@ -250,7 +252,7 @@ impl Departure {
 }
 
 impl JointResponse {
-    /// Restarts: the joint has not responded yet.
+    /// Restarts the check of this joint, which then counts as a joint that has not responded yet.
     fn begin(&mut self) {
         (self.seen, self.due, self.stood, self.later) = (false, None, self.now, self.now);
     }
@@ -276,8 +278,9 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Returns the time at which the joint should have responded, and whether it moves backward, if the joint has failed to respond
-    /// for too long. Otherwise returns `None`. The arm moves the fraction `factor` of its commanded distance.
+    /// Checks whether the joint has failed to respond for too long. If so, returns the time at which the joint should have responded,
+    /// and whether the joint moves backward. Otherwise returns `None`. `factor` is the fraction of its commanded distance that the
+    /// whole arm moves.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
         let responds = |anchor: &Anchor, factor: f64| {
@@ -311,8 +314,8 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors on if no command has moved the joint: `stood` to the time of `later`, and `later` to the present time.
-    /// Does so once per [`MEMORY`].
+    /// Replaces the anchors of a joint whose command has hardly changed since `stood`: `later` becomes `stood`, and the present state
+    /// becomes `later`. This happens at most once per [`MEMORY`].
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;

@@ -14,11 +14,11 @@ pub enum FrameMotion {
         /// The pose of the goal in the base frame.
         base_from_goal: UnitDualQuaternion,
     },
-    /// TF no longer has the frame.
+    /// TF no longer has the frame, or no longer sends newer transforms of a moving frame.
     Lost,
 }
 
-/// A goal that moves with its frame, as TF has it.
+/// A goal whose pose is fixed in a TF frame, so that it moves with this frame.
 #[derive(Clone, Debug)]
 pub struct Followed {
     goal: FramedGoal,

@@ -63,8 +63,9 @@ impl History {
         self.places.len()
     }
 
-    /// Adds a transform. Removes transforms that are too old, and the oldest transforms while there are more than `room`. If the
-    /// stamp is older than the newest stamp by more than `LONGEST`, the clock was reset: then removes all earlier transforms.
+    /// Adds a transform, and replaces a transform with the same stamp. Removes transforms that are too old, and the oldest transforms
+    /// while there are more than `room`. A stamp that is older than the newest stamp by more than `LONGEST` shows that the clock was
+    /// reset. Then only the new transform remains.
     pub fn add(&mut self, place: Place, room: usize) {
         let newest = self.places.back().map_or(place.stamp, |newest| newest.stamp);
         if self.is_static || place.stamp < newest.saturating_sub(LONGEST) {

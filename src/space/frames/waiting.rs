@@ -19,7 +19,7 @@ pub struct FramedGoal {
     pub stamp: i64,
     /// The number of the goal's publisher.
     pub by: u32,
-    /// When the goal was sent, by the clock of the caller.
+    /// The time at which the goal was sent. [`WaitingGoals`] does not use this time, so it may be on any clock.
     pub came: Duration,
     /// The pose of the goal in its frame.
     pub frame_from_goal: UnitDualQuaternion,

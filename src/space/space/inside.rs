@@ -11,8 +11,8 @@ impl Shape {
         gap(point, -distance, -outward)
     }
 
-    /// Calls `each` with the gaps between a point inside a box, a cylinder or a hull and each face of that shape. For other shapes,
-    /// which have a single smooth surface, [`gap_inside`](Self::gap_inside) is enough.
+    /// Calls `each` once for each face of a box, a cylinder or a hull, with the gap between `point`, which is inside, and that face.
+    /// Other shapes have a single smooth surface, for which [`gap_inside`](Self::gap_inside) is enough.
     pub(super) fn faces(&self, point: &Vector3<f64>, mut each: impl FnMut(Gap)) {
         let mut between = |half: f64, along: f64, direction: Vector3<f64>| {
             each(gap(point, half - along, -direction));

@@ -20,8 +20,8 @@ pub struct KeepOut {
     solid: Solid,
 }
 
-/// The allowed number of points of a hull. A hull has fewer than twice as many faces as points, and all faces may constrain a
-/// velocity at once.
+/// The allowed number of points of a hull. The limit bounds the computation, because each face of the hull may constrain a
+/// velocity. A hull has fewer than twice as many faces as points.
 const POINTS: RangeInclusive<usize> = 4..=100;
 
 impl KeepOut {

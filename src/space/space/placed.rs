@@ -16,8 +16,9 @@ pub struct Placed {
     axes: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
-    /// For each pair, the gap that was last measured, without the radii; `None` if the gap has not been measured. If one part is a
-    /// keep-out, which does not move, this gap gives a lower bound of the gap at other joint positions.
+    /// For each pair, the last measured gap; `None` if the gap has not been measured. The gap is measured from the segments of the
+    /// capsules, so the radii are not subtracted. For a pair with a keep-out, which does not move, this gap later gives a lower bound
+    /// of the gap at other joint positions.
     measured: Vec<Option<Gap>>,
     /// For each list of [`Scene::levers`], the gap below which a pair with these levers counts as near \[m\].
     travels: Vec<f64>,

@@ -14,9 +14,9 @@ pub struct Segment {
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
-    /// Returns a lower bound of the gap between this segment and a convex shape. `gap` is the gap between another segment and the
-    /// shape. The whole shape lies behind a plane: the plane through the end of `gap` on the shape, perpendicular to the normal of
-    /// `gap`. So this segment is at least as far from the shape as from that plane.
+    /// Returns a lower bound of the gap between this segment and a convex shape, computed from the `gap` between another segment and
+    /// the same shape. The plane through `gap.other` with the normal of `gap` has the whole shape behind it. So this segment is at least
+    /// as far from the shape as from this plane.
     pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
         let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
         let [one, other] = self.ends.map(|end| (beyond(&end), end));

@@ -24,7 +24,7 @@ pub enum KeepOutError {
     },
     /// This length of the solid is not valid.
     Length(f64),
-    /// This position of the solid is too far away.
+    /// This coordinate of a position is farther than 1 km from the origin \[m\].
     Far(f64),
     /// A direction or an orientation is invalid.
     Direction,
@@ -33,7 +33,7 @@ pub enum KeepOutError {
 }
 
 impl KeepOutError {
-    /// Returns a description of what is expected instead, for the error message.
+    /// Returns a description of a valid value, for the error message.
     pub fn expected(&self) -> String {
         match self {
             Self::Name(why) => why.expected(),
