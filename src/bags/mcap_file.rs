@@ -28,7 +28,7 @@ const RECORD_LIMIT: u64 = 1 << 27;
 /// The size of the header of each record: its opcode (1) and its length (8) \[bytes\].
 const HEAD: u64 = 9;
 
-/// An MCAP file, with the pieces, schemas and channels that [`open`](Self::open) found in it.
+/// An MCAP file, with the chunks and messages ([`Piece`]), schemas and channels that [`open`](Self::open) found in it.
 #[derive(Debug)]
 pub(super) struct McapFile {
     path: PathBuf,

@@ -35,8 +35,8 @@ impl Labels {
         canvas.text(name, middle, LABEL, Anchor::Center);
     }
 
-    /// Finds the best position for a name near its point. Returns the distance of the name from the point \[px\], and the name's
-    /// rectangle.
+    /// Finds the position for a name near its point that has the least [`cost`](Self::cost). Returns the distance of the name from
+    /// the point \[px\], and the name's rectangle.
     fn place(&self, name: &str, point: Point) -> (f64, Rectangle) {
         let (width, height) = (text_width(name, LABEL), LABEL + 2.0);
         let around = |radius: f64| {

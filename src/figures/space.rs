@@ -42,7 +42,7 @@ pub struct Scene {
     pub title: String,
     /// The paths. Later paths are drawn over earlier paths.
     pub paths: Vec<Path>,
-    /// The frames, which are drawn as by the paper's `frameplotter`.
+    /// The frames. Each is drawn as its three axes.
     pub frames: Vec<Isometry3<f64>>,
     /// The length of the axes of the frames \[m\].
     pub axis_length: f64,

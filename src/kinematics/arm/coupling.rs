@@ -89,9 +89,8 @@ impl Chain {
         })
     }
 
-    /// Sets `motions` to the motion that each joint gives the tool: the sum of the motions by all links that the joint moves. The
-    /// linear part of a motion is the velocity of the point that moves with the tool and is now at the base's origin. Returns the
-    /// frame of the last link.
+    /// Sets `motions` to the tool's motion per unit speed of each joint, summed over all links that the joint moves. The linear
+    /// part is the velocity of the tool's body at the base's origin. Returns the frame of the last link.
     pub(super) fn evaluate_driven(
         &self,
         drivers: &Drivers,

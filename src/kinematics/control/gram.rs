@@ -15,7 +15,8 @@ pub(super) struct Gram {
     /// The columns of C.
     mixed: [Pair; 3],
     linear: Symmetric,
-    /// The number of columns of J, plus the number of rows that [`stiffened`](Self::stiffened) has filled.
+    /// The number of columns of J, plus the number of unused rows that [`stiffened`](Self::stiffened) has filled, because each
+    /// filled row raises the rank by 1.
     joint_count: usize,
 }
 
@@ -51,8 +52,8 @@ impl Gram {
         sums.gram(joint_count)
     }
 
-    /// Fills the unused rows, which follow the first `rows` rows: sets their diagonal elements to the trace of the matrix. The
-    /// smallest eigenvalue then belongs to the first rows.
+    /// Sets the diagonal elements of the unused rows, those after the first `rows` rows, to the trace of the matrix. So the smallest
+    /// eigenvalue is that of the first rows.
     pub fn stiffened(mut self, rows: usize) -> Self {
         let trace = f64x2::splat(self.trace());
         let [angular, linear] = [&mut self.angular, &mut self.linear].map(|block| block.diagonal.iter_mut());

@@ -192,8 +192,8 @@ built_in! {
     Lq = 8: Lq,
     /// unit_quaternion, with gains from bounds on the effect of disturbances (Figueredo, Adorno & Ishihara 2021, arXiv 1811.05436).
     HInfinity = 9: HInfinity,
-    /// logc, with a gain that is larger both near the goal and far from the goal. So the time to arrive has a preset bound
-    /// (Aldana-López et al. 2019, arXiv 1809.07012).
+    /// logc with a gain that depends on the size of the error, so that the time to arrive has a preset bound (Aldana-López et al.
+    /// 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
     /// logc with a memory of its velocity: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,

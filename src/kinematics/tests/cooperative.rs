@@ -1,4 +1,4 @@
-//! Two arms as one: the law compared with the reference work.
+//! Two arms that are controlled as one: the law compared with the reference work (Sathuluri 2018).
 
 use crate::LOOP;
 use crate::arm::rows;
@@ -106,7 +106,8 @@ fn relative_position_with_gain_10_reproduces_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse, position and distance decay as `exp(−K t)`. For a rotation by θ, `tan(θ/4)` decays in the same way.
+/// With the inverse and the gain K, the errors of position and distance decay as `exp(−K t)`. If the orientation is off by the
+/// angle θ, `tan(θ/4)` decays as `exp(−K t)`.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();

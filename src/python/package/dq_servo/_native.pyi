@@ -346,9 +346,10 @@ def compare(
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
     parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each metric, with NaN for missing values.
+    """Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric, with NaN for missing values, and
+    with the list `outcome`, which has the outcome of each task.
 
-    `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
+    `parameters` are additional parameters of the servo, by their ROS names. They change the arm, but not the law or its gains.
     """
 
 def hamilton_plus(a: ArrayLike) -> Array:
