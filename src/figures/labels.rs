@@ -54,8 +54,8 @@ impl Labels {
     }
 
     /// Returns the cost of writing a name into the rectangle `place`, `radius` away from its point. A name outside of the drawing
-    /// costs the most. In descending order follow each overlap with an occupied area, each covered point of the drawing, and the
-    /// distance.
+    /// costs the most. Each overlap with an occupied area costs less, each covered point of the drawing even less, and the distance
+    /// the least.
     fn cost(&self, radius: f64, place: &Rectangle) -> f64 {
         let covered = self.obstacles.iter().filter(|point| place.contains(**point)).count();
         let overlaps = self.taken.iter().filter(|taken| taken.overlaps(place)).count();

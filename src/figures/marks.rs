@@ -19,7 +19,8 @@ pub struct Mark {
     pub line: Line,
 }
 
-/// The marks of a panel, each with its position \[px\] and the position of its name; `None` for a mark whose name is not written.
+/// The vertical lines at changes in a panel ([`Mark`]). Each has its distance from the left edge of the curves \[px\] and the place
+/// of its name, which is `None` if the name is not written.
 pub(super) struct NamedMarks<'a> {
     marks: Vec<(&'a Mark, f64, Option<Place>)>,
     lines: usize,
@@ -33,7 +34,7 @@ const MOST_LINES: usize = 4;
 /// The distance between lines of names \[px\].
 const LINE: f64 = 12.0;
 
-/// How far a name may extend beyond the curves \[px\].
+/// The largest distance by which a name may extend beyond the right edge of the curves \[px\].
 const BEYOND: f64 = 14.0;
 /// The least distance of a name from its mark and from the next name \[px\].
 const GAP: f64 = 3.0;

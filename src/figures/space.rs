@@ -186,7 +186,8 @@ impl Scene {
         visible(&paths.chain(arrows).map(|point| projection.point(&point)).collect::<Vec<_>>())
     }
 
-    /// Returns the bounds of the whole drawing, with a margin.
+    /// Returns the range of x, y and z that contains the paths, frames and named points, with a margin \[m\]. Each side of this box
+    /// is at least a quarter of the longest range.
     fn bounds(&self) -> [Range<f64>; 3] {
         let paths = self.paths.iter().flat_map(|path| path.points.iter().copied());
         let tips = self.arrows().map(|arrow| arrow.tip);

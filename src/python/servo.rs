@@ -134,7 +134,8 @@ impl Servo {
         self.servo.pause(paused);
     }
 
-    /// Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`.
+    /// Lets a stalled arm move to another configuration of its joints, from which it can reach the goal, like `~/reconfigure`. The
+    /// servo must have found this configuration.
     fn reconfigure(&mut self) -> PyResult<()> {
         self.servo.reconfigure(Duration::ZERO).map_err(wrong)
     }
@@ -144,7 +145,7 @@ impl Servo {
         self.servo.tare();
     }
 
-    /// Begins to identify the load that hangs on the sensor, like `~/identify_tool` with true.
+    /// Begins to identify the mass and the center of mass of the load on the force sensor, like `~/identify_tool` with true.
     fn identify_tool(&mut self) {
         self.servo.identify_tool();
     }

@@ -159,8 +159,8 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ`, where J has only these rows. Fills the unused rows of the result so that its smallest eigenvalue belongs to
-    /// the used rows.
+    /// Returns `J Jᵀ`, where J has only the rows of the aim. The unused rows of this 6×6 matrix are filled so that its smallest
+    /// eigenvalue is that of the used rows.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {

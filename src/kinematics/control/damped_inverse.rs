@@ -16,7 +16,7 @@ pub struct Damping {
     pub threshold: f64,
 }
 
-/// Lower bound of λ², relative to `J Jᵀ`. It applies if damping is off and the solution fails: a finite result is better than none.
+/// The λ² that is used if the solution with the usual λ is not finite, as a fraction of `1 + tr J Jᵀ`.
 const FALLBACK: f64 = 1e-9;
 
 /// A λ² of this size, relative to `J Jᵀ`, just exceeds the rounding errors of `J Jᵀ`.

@@ -21,11 +21,11 @@ pub(super) struct Gram {
 }
 
 impl Gram {
-    /// Computes the matrix from the Jacobian of the tool point, along the base's axes. The singular values do not depend on the
-    /// axes.
+    /// Computes the matrix from the Jacobian of the tool point, along the base's axes. Any other axes would give the same singular
+    /// values.
     ///
-    /// This is fast because six columns are summed at once. There are more sums than registers, so a loop would write all sums to
-    /// memory in each iteration.
+    /// This is fast because each step adds up six columns. There are more sums than registers, so each step writes all sums to
+    /// memory, and larger steps need fewer writes.
     #[inline(always)]
     pub fn of(arm: &ArmState) -> Self {
         let (threes, rest) = arm.tool_motion_pairs().as_chunks::<3>();

@@ -234,13 +234,15 @@ class Servo:
         """Pauses if `paused` is true, otherwise resumes, like `~/pause`."""
 
     def reconfigure(self) -> None:
-        """Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`."""
+        """Lets a stalled arm move to another configuration of its joints, from which it can reach the goal, like `~/reconfigure`. The
+        servo must have found this configuration.
+        """
 
     def tare(self) -> None:
         """From now on, counts the present wrench as no contact, like `~/tare`."""
 
     def identify_tool(self) -> None:
-        """Begins to identify the load that hangs on the sensor, like `~/identify_tool` with true."""
+        """Begins to identify the mass and the center of mass of the load on the force sensor, like `~/identify_tool` with true."""
 
     def identified_tool(self) -> tuple[float, Array]:
         """Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m]."""
