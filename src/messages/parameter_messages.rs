@@ -130,8 +130,8 @@ message! {
     }
 }
 impl ListResult {
-    /// Replaces all names that begin with one prefix, such as `gains`, by this prefix. Begins with the prefix whose names take the
-    /// most bytes, and stops when the encoded list is shorter by `excess` bytes.
+    /// Shortens the encoded list by at least `excess` bytes, if possible. For this, replaces groups of names with a common prefix,
+    /// such as `gains`, by the prefix. Begins with the group that takes the most bytes.
     #[must_use]
     pub fn shortened(mut self, mut excess: usize) -> Self {
         let size = |name: &str| size_of::<u32>() + (name.len() + 1).next_multiple_of(size_of::<u32>());
@@ -151,7 +151,7 @@ impl ListResult {
     }
 }
 service! {
-    /// Lists the names of parameters. In a list that is too long for a reply, prefixes stand for names.
+    /// Lists the names of parameters. If the list is too long for a reply, prefixes such as `gains` replace groups of names.
     ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse,
     too_long |response, bytes, room| ListResponse { result: response.result.shortened(bytes.saturating_sub(room)) };
     /// Gets the values of parameters. If the values are too long for a reply, the reply has no values, as with rclcpp's nodes.

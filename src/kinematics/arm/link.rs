@@ -105,7 +105,7 @@ impl ChainEnd {
         Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, xy: f64x2::ZERO, z: 0.0 }
     }
 
-    /// Moves the frame over `link` to the next joint, so that the z axis is the joint's axis.
+    /// Moves the frame from one joint to the next: along the offset of `link`, then about x by its twist α.
     #[inline(always)]
     pub fn follow(&mut self, link: &Link) {
         if let Some(offset) = &link.offset {

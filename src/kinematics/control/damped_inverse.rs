@@ -100,8 +100,8 @@ impl Damping {
 }
 
 impl Aim {
-    /// Removes, from joint velocities, the part that moves the tool in the components of the aim: `(I − J⁺ J) θ̇`. The result is
-    /// never larger than `θ̇`.
+    /// Removes, from the joint velocities `theta_dot`, the part that moves the tool in the components of the aim: `(I − J⁺ J) θ̇`.
+    /// The norm of the joint velocities never increases.
     ///
     /// The inverse is not damped. With a damped inverse, the remaining velocities would move these components near a singularity,
     /// where the damped law is too weak to compensate.

@@ -219,8 +219,8 @@ const SINGULAR: f64 = 1e-6;
 /// of the order of the cube of the step.
 const SMALL: f64 = 1e-5;
 
-/// The inverses of a [`Gram`] with two shifts, in factors: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C` and `S = D −
-/// Cᵀ X`.
+/// The inverses of two matrices `J Jᵀ + shift I`, each with its own shift (see [`Gram::inverse`]). With the blocks `[A C; Cᵀ D]` of
+/// a matrix, `X = A⁻¹ C` and `S = D − Cᵀ X`, the inverse is `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]`. Only A⁻¹, X and S⁻¹ are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Inverse {
     /// `A⁻¹`.
@@ -232,7 +232,7 @@ pub(super) struct Inverse {
 }
 
 impl Inverse {
-    /// Returns whether the matrix with the second shift is positive definite.
+    /// Returns whether the second of the two matrices that are inverted is positive definite.
     #[inline(always)]
     pub fn second_is_positive(&self) -> bool {
         let [_, least] = self.angular.least_minors().fast_min(self.rest.least_minors()).to_array();
@@ -258,8 +258,8 @@ impl Inverse {
         self.rest.determinant() * self.angular.scale
     }
 
-    /// Returns the derivatives of the determinants with respect to the shifts. Each derivative is the determinant times the trace
-    /// of the inverse. With the blocks that [`Inverse`] explains, this trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
+    /// Returns the derivative of each determinant with respect to its shift: the determinant times the trace of the inverse. With
+    /// the blocks that [`Inverse`] explains, this trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
     ///
     /// This is fast because it needs no division by the determinant of S: the determinant of the matrix contains that factor.
     #[inline(always)]
