@@ -1,4 +1,4 @@
-//! What the reader of each file format offers.
+//! The interface of the readers for the formats MCAP and SQLite.
 
 use super::block::{Block, Types, Unpacked};
 use super::message::Topic;

@@ -94,8 +94,8 @@ impl McapFile {
         Ok(this)
     }
 
-    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk as a piece, and the number of its
-    /// messages. If the chunk is damaged, discards the definitions in it.
+    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk as a [`Piece`], and the number of
+    /// its messages. If the chunk is damaged, discards the schemas and channels that it defines.
     fn scan_chunk(&mut self, place: Range<u64>, data: &[u8], work: u64) -> Result<(Piece, u64), String> {
         let size = fields::chunk_size(data).ok_or("a chunk that is not as long as it says")?;
         if size > work.min(RECORD_LIMIT) {

@@ -220,8 +220,8 @@ fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlit
     Ok(order)
 }
 
-/// Adds the rows of the query up to the id `end`. Stops if the ids are not monotonic, because the tree of rows in a damaged file
-/// could be circular.
+/// Adds the rows of the query to `order`. Stops before the row with the id `end`. Stops also if the ids are not monotonic, because
+/// the tree of rows in a damaged file could be circular.
 fn read_rows(
     connection: &Connection,
     query: &str,

@@ -69,7 +69,7 @@ struct Arrow {
 }
 
 impl Scene {
-    /// Returns the data of the scene.
+    /// Returns the data of the scene as JSON: its title, paths, named points and frames \[m\].
     pub(super) fn data(&self) -> Value {
         let xyz = |point: &Vector3<f64>| [point.x, point.y, point.z];
         let path = |path: &Path| {

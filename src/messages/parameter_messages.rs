@@ -257,7 +257,7 @@ mod tests {
     use super::*;
     use dq_params::{ParameterStore, Parameters};
 
-    /// rclcpp also announces ranges of arrays. Such a range applies to each element.
+    /// Checks that arrays are announced with a range, as in rclcpp. The range applies to each element.
     #[test]
     fn ranges_are_announced_of_numbers_and_of_arrays() {
         #[derive(Parameters)]
@@ -265,7 +265,7 @@ mod tests {
             /// one [1/s]
             #[parameter(range = 0.0..=2.5)]
             _number: f64,
-            /// several
+            /// a list of numbers
             #[parameter(range = -1.0..=1.0)]
             _numbers: Vec<f64>,
             /// a count

@@ -49,9 +49,9 @@ impl Drivers {
 }
 
 impl Chain {
-    /// Returns the chain moved by joints of these `kinds`, which may be fewer than its links. `couplings` has one entry per link,
-    /// base first. The links are then at `θ = C θ_a + c` if the joints are at `θ_a`: row i of C and c is the coupling of link i.
-    /// If this chain has the Jacobian J, the new chain has the Jacobian `J C`.
+    /// Returns this chain with other joints, which may be fewer than its links. The joints have these `kinds`, and entry i of
+    /// `couplings` tells which joint moves link i, and how far. If the joints are at `θ_a`, the links are at `θ = C θ_a + c`, with
+    /// the ratios in C and the offsets in c. If this chain has the Jacobian J, the new chain has the Jacobian `J C`.
     ///
     /// # Errors
     /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a coupling names a joint that does
