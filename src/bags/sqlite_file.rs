@@ -276,7 +276,8 @@ fn has_log(data: &Path) -> bool {
     read.is_ok() && head[18..] == [2, 2]
 }
 
-/// Opens the file without trusting its schema. If `is_in_place`, opens it read-only, without locks or journal files.
+/// Opens the file without trusting its schema. If `is_in_place`, opens it read-only, without locks or journal files. Otherwise the
+/// file is a copy, to which SQLite may write.
 fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     let connection = match is_in_place {
         true => {

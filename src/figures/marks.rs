@@ -40,9 +40,9 @@ const BEYOND: f64 = 14.0;
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
-    /// Finds places at which the names overlap neither each other nor a mark. If there is no place for the name of a solid mark,
-    /// only solid marks get names. `marks` yields each mark with its distance from the left edge of the curves \[px\]. The curves
-    /// are `width` wide \[px\].
+    /// Finds places at which the names overlap neither each other nor a mark. If the name of a mark with a solid line has no place,
+    /// only marks with solid lines get names. `marks` yields each mark with its distance from the left edge of the curves \[px\].
+    /// The curves are `width` wide \[px\].
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));

@@ -18,7 +18,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Splits a fixed transform into a link and the half angles ½γ and ½φ \[rad\].
+    /// Splits a fixed transform `Rz(γ) T(offset) Rx(α) Rz(φ)` into a link and the half angles ½γ and ½φ \[rad\].
     ///
     /// Let `(w, x, y, z)` be the transform's quaternion. Then `½γ + ½φ` is the angle of the vector (w, z), and `½γ − ½φ` the angle
     /// of the vector (x, y). The lengths of the vectors are `cos ½α` and `sin ½α`. If a length is 0, the angle is arbitrary.

@@ -17,10 +17,10 @@ pub struct Law {
     law: &'static dyn ControlLaw,
 }
 
-/// Number of laws for which a controller can have gains: the registered laws, and one entry for all laws that are not registered.
+/// Number of entries in a controller's list of gains. Each built-in or registered law has one entry; all other laws share the last.
 pub(super) const MOST: usize = 16;
 
-/// The index under which all laws that are not registered keep their gains. No registered law has this index.
+/// The index of the gains of all laws that are neither built in nor registered. At most this many laws can be registered.
 const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.

@@ -66,7 +66,8 @@ fn the_printed_dual_position_jacobian_of_the_paper_is_reproduced() {
     assert!(printed[0].iter().all(|x| x.abs() < REFERENCE));
 }
 
-/// `J_r = [H⁻₈(q₁) C₈ J₂, H⁺₈(q₂*) J₁]` with the matrix C of the conjugation (eq. 22; Adorno et al. 2010).
+/// Checks that the Jacobian of the relative pose `q₂* q₁` is `[H⁻₈(q₁) C₈ J₂, H⁺₈(q₂*) J₁]` (eq. 22; Adorno et al. 2010). The 8×8
+/// matrix C₈ conjugates a dual quaternion.
 #[test]
 fn the_relative_pose_jacobian_is_that_of_hamilton_operators() {
     let [beta, alpha] =

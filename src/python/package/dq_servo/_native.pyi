@@ -42,7 +42,7 @@ class Pose:
 
     @staticmethod
     def half_exp(log: ArrayLike) -> Pose:
-        """Returns the inverse of `half_log` (the paper's explogdq)."""
+        """Returns the pose with this `half_log` (the paper's explogdq)."""
 
     @property
     def translation(self) -> Array:
