@@ -57,8 +57,8 @@ struct Entry {
 }
 
 impl SqliteFile {
-    /// Opens the database at `data` without changing it. Error messages name `path` instead of `data`. Calls `lost` with a
-    /// description of each incomplete part.
+    /// Opens the database `data` without changing it. `data` is the file `path` of the bag, or an unpacked copy of this file. Errors
+    /// name `path`. Calls `lost` with a description of each incomplete part.
     ///
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].

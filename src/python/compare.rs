@@ -43,8 +43,8 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
-/// equal on tasks that no comparison uses.
+/// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
+/// equal. They are measured on other tasks than those of `compare`.
 ///
 /// Raises a ValueError if the law settles in fewer than half of the tasks at every gain.
 #[pyfunction]

@@ -82,7 +82,7 @@ impl Arms {
         Self { left: Arm::new(chain), right: None }
     }
 
-    /// Creates two arms in one base frame.
+    /// Creates two arms that have the same base frame.
     pub fn two(left: Chain, right: Chain) -> Self {
         let (left, arm) = (Arm::new(left), Arm::new(right));
         let relative = ArmState::relative(&left.state, &arm.state);

@@ -146,10 +146,12 @@ impl Aim {
     }
 }
 
-/// The rows of the tool's Jacobian that belong to an aim. A vector in these rows has six numbers: first one number per row, then
-/// unused numbers. For the pose, the rows are angular, then linear, along the base's axes. For position and axis, they are linear,
-/// then angular about the two axes perpendicular to the tool's z axis. For the distance, the row is linear, in the direction from
-/// the base's origin to the tool point.
+/// The rows of the tool's Jacobian that belong to an aim. A vector in these rows always has six numbers: one for each row, and after
+/// these the unused numbers.
+///
+/// For the pose, the rows are angular, then linear, along the base's axes. For position and axis, they are linear, then angular
+/// about the two axes perpendicular to the tool's z axis. For the distance, the single row is linear, in the direction from the
+/// base's origin to the tool point.
 pub(super) enum Rows {
     Pose,
     Position,

@@ -7,7 +7,7 @@ use crate::arm::ArmState;
 use crate::arm::pair::{Motions, dot, put, two};
 use wide::f64x2;
 
-/// The damped inverse `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`. λ grows smoothly, and only near singularities.
+/// The damping λ of the damped inverse `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`. λ is 0 away from singularities, and grows smoothly toward them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
     /// λ at the singularity.

@@ -279,7 +279,7 @@ class Run:
 
     @property
     def name(self) -> str:
-        """The name of the bag, followed by the servo's namespace unless this is `/`."""
+        """The name of the bag. If the servo has a namespace other than `/`, the namespace follows."""
 
     @property
     def joints(self) -> list[str]:
@@ -333,8 +333,8 @@ def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None 
     """
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
-    """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
-    equal on tasks that no comparison uses.
+    """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
+    equal. They are measured on other tasks than those of `compare`.
 
     Raises a ValueError if the law settles in fewer than half of the tasks at every gain."""
 
