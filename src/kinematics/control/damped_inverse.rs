@@ -19,7 +19,7 @@ pub struct Damping {
 /// The λ² that is used if the solution with the usual λ is not finite, as a fraction of `1 + tr J Jᵀ`.
 const FALLBACK: f64 = 1e-9;
 
-/// A λ² of this size, relative to `J Jᵀ`, just exceeds the rounding errors of `J Jᵀ`.
+/// The smallest λ² that exceeds the rounding errors of `J Jᵀ`, as a fraction of `1 + tr J Jᵀ`.
 const ROUNDING: f64 = 1e-15;
 
 impl Damping {

@@ -136,7 +136,7 @@ impl QuadraticProgram {
         Err(Infeasible)
     }
 
-    /// Returns the multiplier of the constraint with this index at the last solution; 0 if the constraint is inactive.
+    /// Returns the multiplier of the constraint with this index at the latest solution; 0 if the constraint is inactive.
     pub fn multiplier(&self, constraint: usize) -> f64 {
         let place = self.active.iter().position(|number| *number == constraint);
         place.map_or(0.0, |place| self.multipliers[place])
