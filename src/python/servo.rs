@@ -77,8 +77,8 @@ impl Servo {
     }
 
     /// Sets a joint goal, which takes effect in the next cycle. `positions` [rad, prismatic: m] is a dict with names of `joints`,
-    /// or a list for all joints. A joint that the dict does not name keeps its previous joint goal; without one, it stays where it
-    /// is.
+    /// or a list for all joints. A joint that the dict does not name keeps its previous joint goal. If it has no joint goal, it stays
+    /// where it is.
     fn set_joint_goal(&mut self, positions: JointGoal<'_>) -> PyResult<()> {
         self.joint_goal = Some(positions.positions(&self.joints)?);
         Ok(())

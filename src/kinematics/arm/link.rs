@@ -55,7 +55,8 @@ pub(super) struct Kinds {
 }
 
 impl LinkPair {
-    /// Creates a pair from one or two joints. Each is given by the link before it, its additional half angle \[rad\], and its kind.
+    /// Creates a pair from one or two joints. `joints` has, for each joint, the link before the joint, the joint's additional half
+    /// angle \[rad\], and its kind.
     pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
         let none = (Link::new(&Isometry3::identity()).0, 0.0);
         let both = [0, 1].map(|i| joints.get(i).map_or(none, |(link, half_angle, _)| (*link, *half_angle)));

@@ -73,10 +73,10 @@ impl Names {
 /// [`RegisterError`] if the name is invalid or taken, or if the space for laws is used up.
 ///
 /// # Your law
-/// The law of this example moves along the logarithm at a speed that does not decrease with the distance: `ξ = k X/√(|X|² + ε²)`. A
-/// boundary layer of width ε around the goal replaces a switch (Slotine & Li 1991, §7.2). A law can also remember numbers from cycle to
-/// cycle ([`ControlLaw::memory_size`]); the example `laws_with_memory` has an integral law and a sliding-mode law. Here the law drives
-/// the built-in arm:
+/// The law of this example moves along the logarithm X at a speed that hardly depends on the distance: `ξ = k X/√(|X|² + ε²)`. Only
+/// near the goal, within the boundary layer of width ε, the speed decreases, so that it does not jump at the goal (Slotine & Li 1991,
+/// §7.2). Here the law drives the built-in arm. A law can also remember numbers from cycle to cycle ([`ControlLaw::memory_size`]); see
+/// the integral law and the sliding-mode law in the example `laws_with_memory`.
 ///
 /// ```
 /// use dq_kinematics::arm::ArmState;

@@ -163,7 +163,8 @@ fn aims_of_two_arms_have_the_names_of_one_arm_with_a_prefix() {
 }
 
 proptest! {
-    /// `Jᵀ K e = −∇ ½ K |e|²` for the differences of eq. 16: of positions, of distances, of rotations in R⁴, and of poses in R⁸.
+    /// Checks that `Jᵀ K e` is the negative gradient of `½ K |e|²`. The error e is a difference as in eq. 16: of positions, of
+    /// distances, of rotations in R⁴, or of poses in R⁸.
     #[test]
     fn the_transposed_form_descends_its_squared_error(
         theta in prop::collection::vec(-3.0..3.0f64, 12),

@@ -207,8 +207,8 @@ class Servo:
 
     def set_joint_goal(self, positions: ArrayLike | Mapping[str, float]) -> None:
         """Sets a joint goal, which takes effect in the next cycle. `positions` [rad, prismatic: m] is a dict with names of `joints`,
-        or a list for all joints. A joint that the dict does not name keeps its previous joint goal; without one, it stays where it
-        is."""
+        or a list for all joints. A joint that the dict does not name keeps its previous joint goal. If it has no joint goal, it stays
+        where it is."""
 
     def cycle(
         self,
