@@ -7,7 +7,7 @@ use super::{ArmError, Chain, JointKind};
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// How a link moves relative to the previous link. If θ is the position of the link's driver, the link's position is `ratio · θ +
+/// The motion of a link relative to the previous link. If θ is the position of the link's driver, the link's position is `ratio · θ +
 /// offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {

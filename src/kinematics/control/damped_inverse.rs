@@ -64,8 +64,8 @@ impl Damping {
     ///
     /// An alternative was rejected: to compute σ² from the determinants of `J Jᵀ` and `J Jᵀ + λ_max² I`, without a second solution
     /// near singularities. A step of logc then takes 15 % less time, on random postures of the PUMA 560. But this σ² is only a lower
-    /// bound, so the damping is too strong where several singular values are small. Of 100 tasks of the xArm 6, logc then fails in 8
-    /// more.
+    /// bound, so the damping is too strong where several singular values are small. Then logc fails in 8 more of 100 tasks of the
+    /// xArm 6.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);
