@@ -5,8 +5,9 @@
 //! The whole program uses these conventions:
 //!
 //! - Hamilton product; scalar first inside, `(w, x, y, z)`; on the wire ROS order `(x, y, z, w)`. Meters, radians, seconds.
+//! - Equations and functions "of the paper" are those of the reference work (Sathuluri 2018).
 //! - A pose is a unit dual quaternion `q = r + ε ½ t r` (eq. 13): `r` rotates, `t` translates, both in the base frame.
-//! - Unit means `q q* = 1` as a dual number: `|r| = 1` and `⟨r, d⟩ = 0`.
+//! - Unit means `q q* = 1`. So the real part r and the dual part d obey `|r| = 1` and `⟨r, d⟩ = 0`.
 //! - `q` and `-q` are the same pose. `dq_kinematics::control::SignMemory` chooses the sign for the laws.
 //! - Pose error `e = q_d* q` (eq. 28). Twists are ordered angular first, `ξ = (ω, v)`; the body twist moves the pose by
 //!   `q̇ = ½ q (ω + ε v)`.

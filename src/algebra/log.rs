@@ -63,8 +63,9 @@ impl UnitDualQuaternion {
     /// Returns the pose at the fraction `t` of the screw from this pose (`t` = 0) to `other` (`t` = 1). This is screw linear
     /// interpolation (Kavan et al. 2006): `q exp(t log(q* other))`, with this pose as q.
     ///
-    /// Takes the shorter of the two screws, whatever the signs of the poses are. At a half turn, both screws are equally long.
-    /// Then the signs of the poses decide or, if the scalar part is 0, rounding. A `t` outside \[0, 1\] continues on the screw.
+    /// Two screws lead from this pose to `other`. The function takes the screw with the smaller rotation, whatever the signs of the
+    /// two quaternions are. At a half turn both rotations are equal, and the signs or rounding errors decide. For a `t` outside
+    /// \[0, 1\], the result is on the continuation of the screw.
     #[must_use]
     pub fn sclerp(&self, other: &Self, t: f64) -> Self {
         let relative = self.inverse() * *other;

@@ -64,14 +64,15 @@ pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
 /// Returns the rotation vector `θ l` \[rad\] of a unit quaternion with the scalar part `cos ½θ` and the vector part `l sin ½θ`. The
 /// angle θ is in `[0, 2π)`, and l is a unit vector.
 ///
-/// `atan2` keeps full relative precision at every angle. The factor `θ / sin ½θ` tends to 2 as the vector part vanishes. At exactly
-/// 2π the axis is undefined, and the result is zero.
+/// `atan2` keeps full relative precision at every angle. If the vector part is zero, the result is zero, even for the scalar part
+/// −1, which means a full turn about an unknown axis.
 #[inline(always)]
 pub fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
     rotation.imag() * angle_by_sine(rotation.imag().norm(), rotation.w)
 }
 
-/// Returns `θ / sin ½θ` for the angle θ in `[0, 2π)` with the given `half_sine` (`sin ½θ`) and `half_cosine` (`cos ½θ`).
+/// Returns `θ / sin ½θ` for the angle θ in `[0, 2π)` with the given `half_sine` (`sin ½θ`) and `half_cosine` (`cos ½θ`). Returns the
+/// limit 2 for a `half_sine` of 0.
 #[inline(always)]
 pub(super) fn angle_by_sine(half_sine: f64, half_cosine: f64) -> f64 {
     if half_sine > 0.0 { 2.0 * half_sine.atan2(half_cosine) / half_sine } else { 2.0 }

@@ -16,12 +16,12 @@ struct Bound {
     ratio: u64,
 }
 
-/// The bound for the total size of the messages that are returned, and for the size of an unpacked file. No recording reaches the
-/// ratio of 100, because zstd compresses even the messages of an arm at rest only to about a twentieth of their size.
+/// The bound for the total size of the messages that a [`Bag`] returns, and for the size of each file that it unpacks. No recording
+/// reaches the ratio of 100: zstd compresses even the messages of an arm at rest only to about a twentieth of their size.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
-/// The bound for the chunks that are unpacked. It is higher than [`ROOM`], because chunks may contain images and maps of one color.
-/// Checking such chunks takes time, but no memory.
+/// The bound for the total unpacked size of the chunks of an MCAP file, all of which are checked when the file is opened. It is
+/// higher than [`ROOM`], because images and maps of one color compress well. The check takes time, but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
 /// If several blocks overlap in time, the bag keeps their messages in memory at the same time. It unpacks the next block only while

@@ -6,8 +6,8 @@ use super::unreadable::UnreadableParts;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Returns the files in a bag's directory in order, each once. These are the files named in the bag's metadata; without metadata,
-/// all files whose names end like those of bag files.
+/// Returns the paths of a bag's files in order, each once. The bag's metadata names these files. If there is no readable metadata,
+/// returns all files in `directory` with a file extension of bags, such as `.mcap`.
 pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result<Vec<PathBuf>, BagError> {
     let files = match metadata::read(directory) {
         Ok(Some(metadata)) if metadata.is_packed_otherwise() => {

@@ -1,4 +1,4 @@
-//! The trait that the readers of all file formats implement.
+//! The interface of the readers for the formats MCAP and SQLite.
 
 use super::block::{Block, Types, Unpacked};
 use super::message::Topic;

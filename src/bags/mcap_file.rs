@@ -28,7 +28,7 @@ const RECORD_LIMIT: u64 = 1 << 27;
 /// The size of the header of each record: its opcode (1) and its length (8) \[bytes\].
 const HEAD: u64 = 9;
 
-/// An MCAP file, with the pieces, schemas and channels that [`open`](Self::open) found in it.
+/// An MCAP file, with the chunks and messages ([`Piece`]), schemas and channels that [`open`](Self::open) found in it.
 #[derive(Debug)]
 pub(super) struct McapFile {
     path: PathBuf,
@@ -94,8 +94,8 @@ impl McapFile {
         Ok(this)
     }
 
-    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk as a piece, and the number of its
-    /// messages. If the chunk is damaged, discards the definitions in it.
+    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk as a [`Piece`], and the number of
+    /// its messages. If the chunk is damaged, discards the schemas and channels that it defines.
     fn scan_chunk(&mut self, place: Range<u64>, data: &[u8], work: u64) -> Result<(Piece, u64), String> {
         let size = fields::chunk_size(data).ok_or("a chunk that is not as long as it says")?;
         if size > work.min(RECORD_LIMIT) {

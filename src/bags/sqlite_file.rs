@@ -57,8 +57,8 @@ struct Entry {
 }
 
 impl SqliteFile {
-    /// Opens the database at `data` without changing it. Error messages name `path` instead of `data`. Calls `lost` with a
-    /// description of each incomplete part.
+    /// Opens the database `data` without changing it. `data` is the file `path` of the bag, or an unpacked copy of this file. Errors
+    /// name `path`. Calls `lost` with a description of each incomplete part.
     ///
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].
@@ -220,8 +220,8 @@ fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlit
     Ok(order)
 }
 
-/// Adds the rows of the query up to the id `end`. Stops if the ids are not monotonic, because the tree of rows in a damaged file
-/// could be circular.
+/// Adds the rows of the query to `order`. Stops before the row with the id `end`. Stops also if the ids are not monotonic, because
+/// the tree of rows in a damaged file could be circular.
 fn read_rows(
     connection: &Connection,
     query: &str,
@@ -276,7 +276,8 @@ fn has_log(data: &Path) -> bool {
     read.is_ok() && head[18..] == [2, 2]
 }
 
-/// Opens the file without trusting its schema. If `is_in_place`, opens it read-only, without locks or journal files.
+/// Opens the file without trusting its schema. If `is_in_place`, opens it read-only, without locks or journal files. Otherwise the
+/// file is a copy, to which SQLite may write.
 fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     let connection = match is_in_place {
         true => {

@@ -35,7 +35,7 @@ impl UnreadableParts {
         self.lines.is_empty()
     }
 
-    /// Returns the lines. The last line has the number of further losses.
+    /// Returns the lines. If there are more losses than lines, a final line has the number of further losses.
     pub fn lines(&self) -> impl Iterator<Item = String> + '_ {
         let more = (self.more > 0).then(|| format!("{} more losses", self.more));
         self.lines.iter().cloned().chain(more)

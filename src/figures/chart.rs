@@ -81,7 +81,7 @@ const LEFT: f64 = 76.0;
 const RIGHT: f64 = 16.0;
 
 impl Panel {
-    /// Returns the data of the panel.
+    /// Returns the data of the panel as JSON: the title, the labels of the axes, and the visible points of each curve.
     pub(super) fn data(&self) -> Value {
         let series = |series: &Series| {
             let shown = clip(&series.points, &self.x.range, &self.y.range).concat();

@@ -7,8 +7,8 @@ use dq_kinematics::control::Law;
 pub type Color = [u8; 3];
 
 /// The colors and line styles of the built-in laws, in the order of the laws. The hue depends on the error that the law feeds back
-/// (Okabe & Ito; color-blind readers can distinguish the hues). Laws with the transpose have dashed lines. Laws with a term that
-/// the reference work does not have are darker and have dots.
+/// (Okabe & Ito; color-blind readers can distinguish the hues). Laws with the transpose have dashed lines. Laws with derived gains
+/// are darker, and have dotted or dash-dotted lines.
 const LAWS: [(Color, Line); Law::ALL.len()] = [
     ([0, 114, 178], Line::Dashed),
     ([110, 175, 220], Line::Solid),

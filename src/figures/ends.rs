@@ -16,8 +16,8 @@ const LINE: f64 = 11.5;
 pub(super) enum Names {
     /// The names of the curves. If curves coincide, their names stand one below the other.
     Full,
-    /// Letters instead of the names, which would be too wide. The legend explains the letters. These texts are its entries: the
-    /// first one belongs to the letter `a`.
+    /// Letters instead of the names, which would be too wide. The legend explains the letters. The strings are the names in the
+    /// legend: the first name belongs to the letter `a`, the second to `b`, and so on.
     Letters(Vec<String>),
 }
 

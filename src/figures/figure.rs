@@ -118,8 +118,8 @@ impl Figure {
         Self { name: name.to_owned(), data, title: title.to_owned(), rows }
     }
 
-    /// Returns the drawing as SVG. On a screen, the legend of panels is at the right; each panel has its own legend if no panel has
-    /// all entries. The legend of scenes is at the top. On paper, there is one legend, at the top, and no title.
+    /// Returns the drawing as SVG. The legend is at the right of panels, but at the top of scenes. If no view has the entries of all
+    /// views, each view has its own legend. A drawing for paper has one legend, at the top, and no title.
     pub fn svg(&self, width: Width) -> String {
         let (mut canvas, paper) = (Canvas::default(), width.paper());
         let is_of_scenes = matches!(self.views().next(), Some(View::Scene(_)));
@@ -182,14 +182,15 @@ impl Figure {
         self.rows.iter().flatten()
     }
 
-    /// Returns whether one legend serves all views. It does if one of the views has all entries.
+    /// Returns whether all views share one legend: whether one of the views has all entries.
     fn shares_legend(&self, all: &[Series]) -> bool {
         self.views().any(|view| all.iter().all(|entry| view.legend().iter().any(|its| is_same(its, entry))))
     }
 
-    /// Returns the entries of the legend that all panels share. If the names are at the ends of the curves, there are entries on
-    /// paper only: there, letters mark the ends of the curves, and the entries explain the letters. Returns an empty list if the
-    /// panels share no legend.
+    /// Returns the entries of the shared legend, from `all` entries. Returns an empty list if the panels do not share a legend.
+    ///
+    /// If curves are named at their ends, a screen needs no legend. On paper, letters mark the ends, and the legend explains the
+    /// letters.
     fn shown_in_legend(&self, all: Vec<Series>, is_shared: bool, is_on_paper: bool) -> Vec<Series> {
         let has_names = self.views().any(View::has_names_at_ends);
         match (is_shared, has_names, is_on_paper) {

@@ -35,8 +35,8 @@ impl Labels {
         canvas.text(name, middle, LABEL, Anchor::Center);
     }
 
-    /// Finds the best position for a name near its point. Returns the distance of the name from the point \[px\], and the name's
-    /// rectangle.
+    /// Finds the position for a name near its point that has the least [`cost`](Self::cost). Returns the distance of the name from
+    /// the point \[px\], and the name's rectangle.
     fn place(&self, name: &str, point: Point) -> (f64, Rectangle) {
         let (width, height) = (text_width(name, LABEL), LABEL + 2.0);
         let around = |radius: f64| {
@@ -54,8 +54,8 @@ impl Labels {
     }
 
     /// Returns the cost of writing a name into the rectangle `place`, `radius` away from its point. A name outside of the drawing
-    /// costs the most. In descending order follow each overlap with an occupied area, each covered point of the drawing, and the
-    /// distance.
+    /// costs the most. Each overlap with an occupied area costs less, each covered point of the drawing even less, and the distance
+    /// the least.
     fn cost(&self, radius: f64, place: &Rectangle) -> f64 {
         let covered = self.obstacles.iter().filter(|point| place.contains(**point)).count();
         let overlaps = self.taken.iter().filter(|taken| taken.overlaps(place)).count();

@@ -19,7 +19,8 @@ pub struct Mark {
     pub line: Line,
 }
 
-/// The marks of a panel, each with its position \[px\] and the position of its name; `None` for a mark whose name is not written.
+/// The vertical lines at changes in a panel ([`Mark`]). Each has its distance from the left edge of the curves \[px\] and the place
+/// of its name, which is `None` if the name is not written.
 pub(super) struct NamedMarks<'a> {
     marks: Vec<(&'a Mark, f64, Option<Place>)>,
     lines: usize,
@@ -33,15 +34,15 @@ const MOST_LINES: usize = 4;
 /// The distance between lines of names \[px\].
 const LINE: f64 = 12.0;
 
-/// How far a name may extend beyond the curves \[px\].
+/// The largest distance by which a name may extend beyond the right edge of the curves \[px\].
 const BEYOND: f64 = 14.0;
 /// The least distance of a name from its mark and from the next name \[px\].
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
-    /// Finds places at which the names overlap neither each other nor a mark. If there is no place for the name of a solid mark,
-    /// only solid marks get names. `marks` yields each mark with its distance from the left edge of the curves \[px\]. The curves
-    /// are `width` wide \[px\].
+    /// Finds places at which the names overlap neither each other nor a mark. If the name of a mark with a solid line has no place,
+    /// only marks with solid lines get names. `marks` yields each mark with its distance from the left edge of the curves \[px\].
+    /// The curves are `width` wide \[px\].
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));

@@ -69,7 +69,8 @@ impl Projection {
         })
     }
 
-    /// Draws the edges of the box, and numbers along three edges of its outline. Returns the areas of the numbers.
+    /// Draws the edges of the box, and numbers along three edges of its outline. Returns the rectangles that the numbers cover, so
+    /// that names can avoid them.
     pub fn draw_box(&self, canvas: &mut Canvas) -> Vec<Rectangle> {
         let corners = self.corners().map(|corner| self.point(&corner));
         for (i, from) in corners.iter().enumerate() {

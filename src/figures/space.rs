@@ -42,7 +42,7 @@ pub struct Scene {
     pub title: String,
     /// The paths. Later paths are drawn over earlier paths.
     pub paths: Vec<Path>,
-    /// The frames, which are drawn as by the paper's `frameplotter`.
+    /// The frames. Each is drawn as its three axes.
     pub frames: Vec<Isometry3<f64>>,
     /// The length of the axes of the frames \[m\].
     pub axis_length: f64,
@@ -69,7 +69,7 @@ struct Arrow {
 }
 
 impl Scene {
-    /// Returns the data of the scene.
+    /// Returns the data of the scene as JSON: its title, paths, named points and frames \[m\].
     pub(super) fn data(&self) -> Value {
         let xyz = |point: &Vector3<f64>| [point.x, point.y, point.z];
         let path = |path: &Path| {
@@ -186,7 +186,8 @@ impl Scene {
         visible(&paths.chain(arrows).map(|point| projection.point(&point)).collect::<Vec<_>>())
     }
 
-    /// Returns the bounds of the whole drawing, with a margin.
+    /// Returns the range of x, y and z that contains the paths, frames and named points, with a margin \[m\]. Each side of this box
+    /// is at least a quarter of the longest range.
     fn bounds(&self) -> [Range<f64>; 3] {
         let paths = self.paths.iter().flat_map(|path| path.points.iter().copied());
         let tips = self.arrows().map(|arrow| arrow.tip);

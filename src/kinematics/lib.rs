@@ -1,4 +1,4 @@
-//! Serial arms and the laws that move them: chains from DH rows, Jacobians, and the control laws of the reference work.
+//! Serial arms and the laws that move them: chains from DH rows, Jacobians, and control laws.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -9,8 +9,8 @@ use serde::{Deserialize, Deserializer};
 use std::cell::Cell;
 use std::fmt;
 
-/// A type whose values can be decoded into an earlier value, so that its memory is used again. The result equals that of
-/// [`Deserialize`].
+/// A type with values that can be overwritten by decoded values, so that their heap memory is used again. The result equals that
+/// of [`Deserialize`].
 pub trait InPlace: Default {
     /// Replaces this value by the deserialized one.
     ///
@@ -19,7 +19,7 @@ pub trait InPlace: Default {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }
 
-/// Decodes a message into the memory of the earlier message in the cell. Takes that message out of the cell.
+/// Decodes a message, and uses the heap memory of the message in the cell for it. Leaves a default message in the cell.
 pub struct Reuse<'a, M>(pub &'a Cell<M>);
 
 impl<M> Clone for Reuse<'_, M> {
@@ -38,7 +38,7 @@ impl<'de, M: InPlace> DeserializeSeed<'de> for Reuse<'_, M> {
     }
 }
 
-/// Decodes a part of a message into the corresponding part of the earlier message.
+/// Decodes a value into the memory of this earlier value with [`InPlace::read_from`].
 struct Over<'a, T>(&'a mut T);
 
 impl<'de, T: InPlace> DeserializeSeed<'de> for Over<'_, T> {

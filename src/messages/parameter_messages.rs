@@ -130,8 +130,8 @@ message! {
     }
 }
 impl ListResult {
-    /// Replaces all names that begin with one prefix, such as `gains`, by this prefix. Begins with the prefix whose names take the
-    /// most bytes, and stops when the encoded list is shorter by `excess` bytes.
+    /// Shortens the encoded list by at least `excess` bytes, if possible. For this, replaces groups of names with a common prefix,
+    /// such as `gains`, by the prefix. Begins with the group that takes the most bytes.
     #[must_use]
     pub fn shortened(mut self, mut excess: usize) -> Self {
         let size = |name: &str| size_of::<u32>() + (name.len() + 1).next_multiple_of(size_of::<u32>());
@@ -151,7 +151,7 @@ impl ListResult {
     }
 }
 service! {
-    /// Lists the names of parameters. In a list that is too long for a reply, prefixes stand for names.
+    /// Lists the names of parameters. If the list is too long for a reply, prefixes such as `gains` replace groups of names.
     ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse,
     too_long |response, bytes, room| ListResponse { result: response.result.shortened(bytes.saturating_sub(room)) };
     /// Gets the values of parameters. If the values are too long for a reply, the reply has no values, as with rclcpp's nodes.
@@ -257,7 +257,7 @@ mod tests {
     use super::*;
     use dq_params::{ParameterStore, Parameters};
 
-    /// rclcpp also announces ranges of arrays. Such a range applies to each element.
+    /// Checks that arrays are announced with a range, as in rclcpp. The range applies to each element.
     #[test]
     fn ranges_are_announced_of_numbers_and_of_arrays() {
         #[derive(Parameters)]
@@ -265,7 +265,7 @@ mod tests {
             /// one [1/s]
             #[parameter(range = 0.0..=2.5)]
             _number: f64,
-            /// several
+            /// a list of numbers
             #[parameter(range = -1.0..=1.0)]
             _numbers: Vec<f64>,
             /// a count

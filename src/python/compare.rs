@@ -43,8 +43,8 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
-/// equal on tasks that no comparison uses.
+/// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
+/// equal. They are measured on other tasks than those of `compare`.
 ///
 /// Raises a ValueError if the law settles in fewer than half of the tasks at every gain.
 #[pyfunction]
@@ -61,9 +61,10 @@ pub(super) fn settling_gain(
     gain.map_err(wrong)
 }
 
-/// Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each metric, with NaN for missing values.
+/// Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric, with NaN for missing values, and
+/// with the list `outcome`, which has the outcome of each task.
 ///
-/// `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
+/// `parameters` are additional parameters of the servo, by their ROS names. They change the arm, but not the law or its gains.
 #[pyfunction]
 #[pyo3(name = "compare", signature = (law, arm, count = 200, *, seed = 1, limits = true, plant = "ideal",
                                        parameters = None))]

@@ -21,7 +21,7 @@ use std::sync::{Mutex, PoisonError};
 pub(super) struct OwnLaw {
     /// The function or object; `None` after [`Owned`] has freed it.
     law: Mutex<Option<Py<PyAny>>>,
-    /// The number of values that an object remembers during a motion; `None` for a function.
+    /// The number of values in the law's memory, if the law is an object; `None` if it is a function.
     memory: Option<usize>,
     map: Map,
     /// The first exception that Python raised, until [`Self::check`] raises it in the caller.

@@ -69,7 +69,7 @@ impl Pose {
         Self::checked(UnitDualQuaternion::screw_exp(&Vector6::from(exactly(&twist, "the twist")?)))
     }
 
-    /// Returns the inverse of `half_log` (the paper's explogdq).
+    /// Returns the pose with this `half_log` (the paper's explogdq).
     #[staticmethod]
     fn half_exp(log: Numbers<'_>) -> PyResult<Self> {
         Self::checked(UnitDualQuaternion::half_exp(&Vector6::from(exactly(&log, "the logarithm")?)))

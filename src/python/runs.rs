@@ -36,7 +36,7 @@ fn curve<'py, 'a>(
 
 #[pymethods]
 impl Run {
-    /// The name of the bag, followed by the servo's namespace unless this is `/`.
+    /// The name of the bag. If the servo has a namespace other than `/`, the namespace follows.
     #[getter]
     fn name(&self) -> &str {
         &self.0.name

@@ -77,8 +77,8 @@ impl Servo {
     }
 
     /// Sets a joint goal, which takes effect in the next cycle. `positions` [rad, prismatic: m] is a dict with names of `joints`,
-    /// or a list for all joints. A joint that the dict does not name keeps its previous joint goal; without one, it stays where it
-    /// is.
+    /// or a list for all joints. A joint that the dict does not name keeps its previous joint goal. If it has no joint goal, it stays
+    /// where it is.
     fn set_joint_goal(&mut self, positions: JointGoal<'_>) -> PyResult<()> {
         self.joint_goal = Some(positions.positions(&self.joints)?);
         Ok(())
@@ -134,7 +134,8 @@ impl Servo {
         self.servo.pause(paused);
     }
 
-    /// Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`.
+    /// Lets a stalled arm move to another configuration of its joints, from which it can reach the goal, like `~/reconfigure`. The
+    /// servo must have found this configuration.
     fn reconfigure(&mut self) -> PyResult<()> {
         self.servo.reconfigure(Duration::ZERO).map_err(wrong)
     }
@@ -144,7 +145,7 @@ impl Servo {
         self.servo.tare();
     }
 
-    /// Begins to identify the load that hangs on the sensor, like `~/identify_tool` with true.
+    /// Begins to identify the mass and the center of mass of the load on the force sensor, like `~/identify_tool` with true.
     fn identify_tool(&mut self) {
         self.servo.identify_tool();
     }

@@ -226,7 +226,7 @@ fn at_a_half_turn_sclerp_ends_at_the_other_pose() {
     }
 }
 
-/// The README gives these reasons for a type other than nalgebra's.
+/// Checks the shortcomings of nalgebra's type that the README gives as the reasons for another type.
 #[test]
 fn nalgebra_lacks_what_the_readme_says() {
     use nalgebra::UnitDualQuaternion as Theirs;

@@ -1,9 +1,9 @@
-//! The numbers of the reference work.
+//! Numbers from the reference work (Sathuluri 2018).
 
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// The numbers of the reference work. They are parsed only once, because the tests read them often.
+/// Numbers from the reference work (Sathuluri 2018). They are parsed only once, because the tests read them often.
 static JSON: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../../../tests/data/reference.json")).unwrap());
 

@@ -82,7 +82,7 @@ impl Arms {
         Self { left: Arm::new(chain), right: None }
     }
 
-    /// Creates two arms in one base frame.
+    /// Creates two arms that have the same base frame.
     pub fn two(left: Chain, right: Chain) -> Self {
         let (left, arm) = (Arm::new(left), Arm::new(right));
         let relative = ArmState::relative(&left.state, &arm.state);
@@ -155,7 +155,8 @@ impl Arms {
         if is_tool_frame { tool } else { tool * offset.inverse() }
     }
 
-    /// Returns the largest speeds of the tools. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
+    /// Returns the linear and the angular speed of the tool; of two tools, the larger of each speed. `theta_dot` are the joint
+    /// velocities [rad/s, prismatic: m/s].
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);

@@ -15,8 +15,8 @@ pub const LENGTH: f64 = 1e3;
 /// Bound of requested tool speeds [m/s, rad/s]. Requests below this bound are scaled to the speed limits of the arm.
 pub const SPEED: f64 = 1e3;
 
-/// Bound of joint positions \[rad, prismatic: m\]. A joint without limits may turn endlessly, but 16 000 turns are an error of the
-/// robot's driver. A double still resolves 1e-11 rad at this bound.
+/// Bound of joint positions \[rad, prismatic: m\]. A joint without limits may turn endlessly, but a position beyond 16 000 turns
+/// indicates an error in the robot's driver. An `f64` still resolves 1e-11 rad at this bound.
 pub const JOINT_ANGLE: f64 = 1e5;
 
 /// Bound of the angles of Denavit–Hartenberg rows: one turn \[rad\]. A larger angle is probably in degrees.

@@ -7,7 +7,7 @@ use super::{ArmError, Chain, JointKind};
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// How a link moves relative to the previous link. If θ is the position of the link's driver, the link's position is `ratio · θ +
+/// The motion of a link relative to the previous link. If θ is the position of the link's driver, the link's position is `ratio · θ +
 /// offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
@@ -49,9 +49,9 @@ impl Drivers {
 }
 
 impl Chain {
-    /// Returns the chain moved by joints of these `kinds`, which may be fewer than its links. `couplings` has one entry per link,
-    /// base first. The links are then at `θ = C θ_a + c` if the joints are at `θ_a`: row i of C and c is the coupling of link i.
-    /// If this chain has the Jacobian J, the new chain has the Jacobian `J C`.
+    /// Returns this chain with other joints, which may be fewer than its links. The joints have these `kinds`, and entry i of
+    /// `couplings` tells which joint moves link i, and how far. If the joints are at `θ_a`, the links are at `θ = C θ_a + c`, with
+    /// the ratios in C and the offsets in c. If this chain has the Jacobian J, the new chain has the Jacobian `J C`.
     ///
     /// # Errors
     /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a coupling names a joint that does
@@ -89,9 +89,8 @@ impl Chain {
         })
     }
 
-    /// Sets `motions` to the motion that each joint gives the tool: the sum of the motions by all links that the joint moves. The
-    /// linear part of a motion is the velocity of the point that moves with the tool and is now at the base's origin. Returns the
-    /// frame of the last link.
+    /// Sets `motions` to the tool's motion per unit speed of each joint, summed over all links that the joint moves. The linear
+    /// part is the velocity of the tool's body at the base's origin. Returns the frame of the last link.
     pub(super) fn evaluate_driven(
         &self,
         drivers: &Drivers,

@@ -6,10 +6,9 @@ use wide::{bytemuck, f64x2, u64x2};
 /// Largest angle \[rad\] for which the product of `PI_LONG` and the number of half turns has no rounding error.
 const LARGEST: f64 = 1e6;
 
-/// The leading part of π. The last bits of its mantissa are 0, so that its product with a number of half turns has no rounding
-/// error.
+/// π, rounded so that the last bits of its mantissa are 0. So its product with a number of half turns has no rounding error.
 const PI_LONG: f64 = 3.141_592_621_803_283_7;
-/// The rest of π: `PI_LONG + PI_SHORT` is π.
+/// The difference `π − PI_LONG`.
 const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 
 /// Adding and then subtracting this number, 1.5·2⁵², rounds to an integer. The last bit of the sum is the last bit of that integer.

@@ -18,7 +18,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Splits a fixed transform into a link and the half angles ½γ and ½φ \[rad\].
+    /// Splits a fixed transform `Rz(γ) T(offset) Rx(α) Rz(φ)` into a link and the half angles ½γ and ½φ \[rad\].
     ///
     /// Let `(w, x, y, z)` be the transform's quaternion. Then `½γ + ½φ` is the angle of the vector (w, z), and `½γ − ½φ` the angle
     /// of the vector (x, y). The lengths of the vectors are `cos ½α` and `sin ½α`. If a length is 0, the angle is arbitrary.
@@ -55,7 +55,8 @@ pub(super) struct Kinds {
 }
 
 impl LinkPair {
-    /// Creates a pair from one or two joints. Each is given by the link before it, its additional half angle \[rad\], and its kind.
+    /// Creates a pair from one or two joints. `joints` has, for each joint, the link before the joint, the joint's additional half
+    /// angle \[rad\], and its kind.
     pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
         let none = (Link::new(&Isometry3::identity()).0, 0.0);
         let both = [0, 1].map(|i| joints.get(i).map_or(none, |(link, half_angle, _)| (*link, *half_angle)));
@@ -105,7 +106,7 @@ impl ChainEnd {
         Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, xy: f64x2::ZERO, z: 0.0 }
     }
 
-    /// Moves the frame over `link` to the next joint, so that the z axis is the joint's axis.
+    /// Moves the frame from one joint to the next: along the offset of `link`, then about x by its twist α.
     #[inline(always)]
     pub fn follow(&mut self, link: &Link) {
         if let Some(offset) = &link.offset {

@@ -38,10 +38,10 @@ impl ArmState {
     /// pose is `q_r = q_2* q_1` (eq. 22). Its joints are the joints of `left` (the paper's β, arm 2), then the joints of `right`
     /// (α, arm 1).
     ///
-    /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`. A joint of the left arm moves the
-    /// right tool in the opposite sense, by `−(l, v + l × (t_1 − t_2))`. Here t_1 and t_2 are the tool points of the right and the
-    /// left arm. Both states must be in one base frame. The laws then treat both arms as one. Allocates only if the state had
-    /// another number of joints.
+    /// Let `(l, v)` be the angular and the linear motion that a joint gives the tool of its own arm. Relative to the left tool, a
+    /// joint of the right arm then moves the right tool by `(l, v)`, and a joint of the left arm by `−(l, v + l × (t_1 − t_2))`.
+    /// Here t_1 and t_2 are the tool points of the right and the left arm. Both arms must have the same base frame. The laws then
+    /// treat both arms as one. Allocates only if the state had another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let joint_count = left.joint_count + right.joint_count;
         if self.joint_count != joint_count {

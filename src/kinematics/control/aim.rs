@@ -146,10 +146,12 @@ impl Aim {
     }
 }
 
-/// The rows of the tool's Jacobian that belong to an aim. A vector in these rows has six numbers: first one number per row, then
-/// unused numbers. For the pose, the rows are angular, then linear, along the base's axes. For position and axis, they are linear,
-/// then angular about the two axes perpendicular to the tool's z axis. For the distance, the row is linear, in the direction from
-/// the base's origin to the tool point.
+/// The rows of the tool's Jacobian that belong to an aim. A vector in these rows always has six numbers: one for each row, and after
+/// these the unused numbers.
+///
+/// For the pose, the rows are angular, then linear, along the base's axes. For position and axis, they are linear, then angular
+/// about the two axes perpendicular to the tool's z axis. For the distance, the single row is linear, in the direction from the
+/// base's origin to the tool point.
 pub(super) enum Rows {
     Pose,
     Position,
@@ -159,8 +161,8 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ`, where J has only these rows. Fills the unused rows of the result so that its smallest eigenvalue belongs to
-    /// the used rows.
+    /// Returns `J Jᵀ`, where J has only the rows of the aim. The unused rows of this 6×6 matrix are filled so that its smallest
+    /// eigenvalue is that of the used rows.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {

@@ -127,7 +127,7 @@ pub trait ControlLaw: Sync {
     }
 
     /// Returns the values of the law's gains that correspond to the single gain `gain` [1/s]. By default, each gain of the law
-    /// gets this value. `_before` are the present gains.
+    /// gets this value. `_before` are the law's gains so far.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain; 2]
     }

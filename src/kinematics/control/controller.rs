@@ -39,9 +39,9 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, the error e depends on `aim`: it
-    /// is the difference of two positions, two distances, two rotations in R⁴ or two poses in R⁸. With the inverse, e is the error
-    /// of diffc_inverse.
+    /// Creates the controller of two arms, with the law `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, the error e
+    /// depends on `aim`: it is the difference of two positions, two distances, two rotations in R⁴ or two poses in R⁸. With the
+    /// inverse, e is the error of diffc_inverse.
     pub fn of_two_arms(map: Map, aim: Aim, gain: f64, damping: Damping) -> Self {
         let law = match (map, aim) {
             (Map::DampedInverse, _) => Law::DiffcInverse,
@@ -125,8 +125,8 @@ impl Controller {
     /// Returns the fastest rates [1/s] at which small errors decay at the pose of `arm`: first the rate of the position, then the
     /// rate of the rotation. With the damped inverse, these are the law's gains, or 0 for a component that the aim leaves free.
     /// With the transpose, the closed loop is `δθ̇ = −Jᵀ K J δθ` with the gains K and the Jacobian J. Both rates are then the
-    /// square of the largest singular value of `√K J`. A law with a memory adapts the rates
-    /// ([`rates_for_delay`](super::ControlLaw::rates_for_delay)).
+    /// square of the largest singular value of `√K J`. For a law with a memory, the result is not these rates, but that of
+    /// [`rates_for_delay`](super::ControlLaw::rates_for_delay).
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
         let (law, input) = (self.law, self.input(arm, base_from_goal));
         let rates = match law.map() {
@@ -182,8 +182,8 @@ impl Controller {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value if it is below `bound`, otherwise `None`. In the second case, little computation is
-    /// necessary.
+    /// Returns the [`smallest_singular_value`](Self::smallest_singular_value) if it is below `bound`, otherwise `None`. This is fast
+    /// in the usual case, in which the result is `None`.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }

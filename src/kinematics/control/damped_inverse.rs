@@ -7,7 +7,7 @@ use crate::arm::ArmState;
 use crate::arm::pair::{Motions, dot, put, two};
 use wide::f64x2;
 
-/// The damped inverse `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`. λ grows smoothly, and only near singularities.
+/// The damping λ of the damped inverse `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`. λ is 0 away from singularities, and grows smoothly toward them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
     /// λ at the singularity.
@@ -16,10 +16,10 @@ pub struct Damping {
     pub threshold: f64,
 }
 
-/// Lower bound of λ², relative to `J Jᵀ`. It applies if damping is off and the solution fails: a finite result is better than none.
+/// The λ² that is used if the solution with the usual λ is not finite, as a fraction of `1 + tr J Jᵀ`.
 const FALLBACK: f64 = 1e-9;
 
-/// A λ² of this size, relative to `J Jᵀ`, just exceeds the rounding errors of `J Jᵀ`.
+/// The smallest λ² that exceeds the rounding errors of `J Jᵀ`, as a fraction of `1 + tr J Jᵀ`.
 const ROUNDING: f64 = 1e-15;
 
 impl Damping {
@@ -64,8 +64,8 @@ impl Damping {
     ///
     /// An alternative was rejected: to compute σ² from the determinants of `J Jᵀ` and `J Jᵀ + λ_max² I`, without a second solution
     /// near singularities. A step of logc then takes 15 % less time, on random postures of the PUMA 560. But this σ² is only a lower
-    /// bound, so the damping is too strong where several singular values are small. Of 100 tasks of the xArm 6, logc then fails in 8
-    /// more.
+    /// bound, so the damping is too strong where several singular values are small. Then logc fails in 8 more of 100 tasks of the
+    /// xArm 6.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);
@@ -100,8 +100,8 @@ impl Damping {
 }
 
 impl Aim {
-    /// Removes, from joint velocities, the part that moves the tool in the components of the aim: `(I − J⁺ J) θ̇`. The result is
-    /// never larger than `θ̇`.
+    /// Removes, from the joint velocities `theta_dot`, the part that moves the tool in the components of the aim: `(I − J⁺ J) θ̇`.
+    /// The norm of the joint velocities never increases.
     ///
     /// The inverse is not damped. With a damped inverse, the remaining velocities would move these components near a singularity,
     /// where the damped law is too weak to compensate.

@@ -3,8 +3,8 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns `q_d` or `−q_d`, whichever is nearer to the quaternion of the tool's pose. The two represent the same pose `q_d`. Use this
-/// function for a new goal.
+/// Returns the goal `q_d` with the sign that brings it nearer to the quaternion of the tool's pose. `q_d` and `−q_d` represent the
+/// same pose. Use this function for a new goal.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,

@@ -15,16 +15,17 @@ pub(super) struct Gram {
     /// The columns of C.
     mixed: [Pair; 3],
     linear: Symmetric,
-    /// The number of columns of J, plus the number of rows that [`stiffened`](Self::stiffened) has filled.
+    /// The number of columns of J, plus the number of unused rows that [`stiffened`](Self::stiffened) has filled, because each
+    /// filled row raises the rank by 1.
     joint_count: usize,
 }
 
 impl Gram {
-    /// Computes the matrix from the Jacobian of the tool point, along the base's axes. The singular values do not depend on the
-    /// axes.
+    /// Computes the matrix from the Jacobian of the tool point, along the base's axes. Any other axes would give the same singular
+    /// values.
     ///
-    /// This is fast because six columns are summed at once. There are more sums than registers, so a loop would write all sums to
-    /// memory in each iteration.
+    /// This is fast because each step adds up six columns. There are more sums than registers, so each step writes all sums to
+    /// memory, and larger steps need fewer writes.
     #[inline(always)]
     pub fn of(arm: &ArmState) -> Self {
         let (threes, rest) = arm.tool_motion_pairs().as_chunks::<3>();
@@ -51,8 +52,8 @@ impl Gram {
         sums.gram(joint_count)
     }
 
-    /// Fills the unused rows, which follow the first `rows` rows: sets their diagonal elements to the trace of the matrix. The
-    /// smallest eigenvalue then belongs to the first rows.
+    /// Sets the diagonal elements of the unused rows, those after the first `rows` rows, to the trace of the matrix. So the smallest
+    /// eigenvalue is that of the first rows.
     pub fn stiffened(mut self, rows: usize) -> Self {
         let trace = f64x2::splat(self.trace());
         let [angular, linear] = [&mut self.angular, &mut self.linear].map(|block| block.diagonal.iter_mut());
@@ -218,8 +219,8 @@ const SINGULAR: f64 = 1e-6;
 /// of the order of the cube of the step.
 const SMALL: f64 = 1e-5;
 
-/// The inverses of a [`Gram`] with two shifts, in factors: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C` and `S = D −
-/// Cᵀ X`.
+/// The inverses of two matrices `J Jᵀ + shift I`, each with its own shift (see [`Gram::inverse`]). With the blocks `[A C; Cᵀ D]` of
+/// a matrix, `X = A⁻¹ C` and `S = D − Cᵀ X`, the inverse is `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]`. Only A⁻¹, X and S⁻¹ are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Inverse {
     /// `A⁻¹`.
@@ -231,7 +232,7 @@ pub(super) struct Inverse {
 }
 
 impl Inverse {
-    /// Returns whether the matrix with the second shift is positive definite.
+    /// Returns whether the second of the two matrices that are inverted is positive definite.
     #[inline(always)]
     pub fn second_is_positive(&self) -> bool {
         let [_, least] = self.angular.least_minors().fast_min(self.rest.least_minors()).to_array();
@@ -257,8 +258,8 @@ impl Inverse {
         self.rest.determinant() * self.angular.scale
     }
 
-    /// Returns the derivatives of the determinants with respect to the shifts. Each derivative is the determinant times the trace
-    /// of the inverse. With the blocks that [`Inverse`] explains, this trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
+    /// Returns the derivative of each determinant with respect to its shift: the determinant times the trace of the inverse. With
+    /// the blocks that [`Inverse`] explains, this trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
     ///
     /// This is fast because it needs no division by the determinant of S: the determinant of the matrix contains that factor.
     #[inline(always)]

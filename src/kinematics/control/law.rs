@@ -17,10 +17,10 @@ pub struct Law {
     law: &'static dyn ControlLaw,
 }
 
-/// Number of laws for which a controller can have gains: the registered laws, and one entry for all laws that are not registered.
+/// Number of entries in a controller's list of gains. Each built-in or registered law has one entry; all other laws share the last.
 pub(super) const MOST: usize = 16;
 
-/// The index under which all laws that are not registered keep their gains. No registered law has this index.
+/// The index of the gains of all laws that are neither built in nor registered. At most this many laws can be registered.
 const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.
@@ -73,10 +73,10 @@ impl Names {
 /// [`RegisterError`] if the name is invalid or taken, or if the space for laws is used up.
 ///
 /// # Your law
-/// The law of this example moves along the logarithm at a speed that does not decrease with the distance: `ξ = k X/√(|X|² + ε²)`. A
-/// boundary layer of width ε around the goal replaces a switch (Slotine & Li 1991, §7.2). A law can also remember numbers from cycle to
-/// cycle ([`ControlLaw::memory_size`]); the example `laws_with_memory` has an integral law and a sliding-mode law. Here the law drives
-/// the built-in arm:
+/// The law of this example moves along the logarithm X at a speed that hardly depends on the distance: `ξ = k X/√(|X|² + ε²)`. Only
+/// near the goal, within the boundary layer of width ε, the speed decreases, so that it does not jump at the goal (Slotine & Li 1991,
+/// §7.2). Here the law drives the built-in arm. A law can also remember numbers from cycle to cycle ([`ControlLaw::memory_size`]); see
+/// the integral law and the sliding-mode law in the example `laws_with_memory`.
 ///
 /// ```
 /// use dq_kinematics::arm::ArmState;
@@ -171,8 +171,8 @@ const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional
 built_in! {
     /// The difference in R⁸, mapped by the transposed Jacobian: the paper's difference feedback (eq. 16–20).
     Diffc = 0: Diffc,
-    /// The dual quaternion of the error, `q* q_d − 1`, mapped by the damped inverse. This is the difference in R⁸ relative to the
-    /// tool, not `J₈⁺ (q_d − q)`.
+    /// The dual quaternion of the error, `q* q_d − 1`, mapped by the damped inverse. This is the difference in R⁸ between the goal
+    /// and the tool as seen from the tool. It differs from the pseudoinverse of the 8×n pose Jacobian times `q_d − q`.
     DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
     /// The screw logarithm, mapped by the damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
     Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),
@@ -192,8 +192,8 @@ built_in! {
     Lq = 8: Lq,
     /// unit_quaternion, with gains from bounds on the effect of disturbances (Figueredo, Adorno & Ishihara 2021, arXiv 1811.05436).
     HInfinity = 9: HInfinity,
-    /// logc, with a gain that is larger both near the goal and far from the goal. So the time to arrive has a preset bound
-    /// (Aldana-López et al. 2019, arXiv 1809.07012).
+    /// logc with a gain that depends on the size of the error, so that the time to arrive has a preset bound (Aldana-López et al.
+    /// 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
     /// logc with a memory of its velocity: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,

@@ -29,8 +29,8 @@ impl LawMemory {
 
     /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] of the present law of `controller`. For a law without a
     /// memory, these are the velocities of [`Controller::joint_velocity`]. Call this function once per cycle. `command` are the
-    /// joint velocities of the last command [rad/s, prismatic: m/s], and `period` is the time since that command \[s\]. A switch to
-    /// another law begins a motion. Does not allocate.
+    /// joint velocities of the last command [rad/s, prismatic: m/s], and `period` is the time since that command \[s\]. A law that
+    /// was not used in the previous cycle begins with a new memory. Does not allocate.
     pub fn joint_velocity(
         &mut self,
         controller: &Controller,

@@ -12,12 +12,12 @@
 //!
 //! The [`Aim`] may leave part of the pose free. Then the goal in each cycle is the pose that meets the aim and is nearest to the
 //! tool's pose. The error has only the components that the aim determines, and the map uses only the rows of the Jacobian for these
-//! components. The laws with the R⁸ difference, diffc included, then use the error of diffc_inverse. In this case diffc uses a
-//! quarter of its gain: for a tool at the base frame's origin, that is the same law to first order.
+//! components. In this case diffc uses the error of diffc_inverse and a quarter of its gain. If the tool is at the base frame's
+//! origin, this equals the usual diffc to first order.
 //!
-//! The reference work compares diffc with logc, which differ in both error and map. The following table changes the
-//! error and the map separately, on the motion of that work. It shows that the curved path, the overshoot and the high gain come from
-//! the transpose, not from R⁸:
+//! The reference work (Sathuluri 2018) compares diffc with logc, which differ in both error and map. For the motion of the reference
+//! work, the following table changes only the error or only the map. It shows that the curved path, the overshoot and the high gain
+//! come from the transpose, not from R⁸:
 //!
 //! | | K [1/s] | path length / straight line | overshoot \[mm\] |
 //! |---|---|---|---|

@@ -40,7 +40,8 @@ impl PoseError {
         }
     }
 
-    /// Returns the twist `ξ = 2 Im(g)`. Its linear part is twice the vector part of `½ p r`.
+    /// Returns the twist `ξ = 2 Im(g)` for the goal `g = r + ε ½ p r` relative to the tool. The angular part is twice the vector
+    /// part of r, the linear part twice the vector part of `½ p r`.
     ///
     /// `½ ξ` is `q*(q_d − q) = g − 1` without the two scalar parts. They are left out because `q* q̇ = ½ ξ` has no scalar parts for
     /// any motion of the tool. The least-squares solution of `J θ̇ = q_d − q` gives a different twist, because multiplication by q*
@@ -51,21 +52,21 @@ impl PoseError {
         (2.0 * vector, self.rotation.w * p + p.cross(&vector))
     }
 
-    /// Returns the logarithm of g in SE(3) (eq. 30). The tool moves on one screw.
+    /// Returns the logarithm in SE(3) of the goal relative to the tool (eq. 30). With this twist the tool moves on one screw.
     #[inline(always)]
     pub fn screw_log(&self) -> AngularLinear {
         screw_log(&self.rotation, &self.translation)
     }
 
-    /// Returns the twist with `ω = φ n` and `v = p`, for a rotation r by the angle φ about the axis n. The tool moves along a
-    /// straight line (paper §10.1; Bullo & Murray 1995).
+    /// Returns the twist with `ω = φ n` and `v = p` for the translation p and a rotation by the angle φ about the axis n. With this
+    /// twist the tool moves along a straight line (paper §10.1; Bullo & Murray 1995).
     #[inline(always)]
     pub fn decoupled_log(&self) -> AngularLinear {
         (rotation_vector(&self.rotation), self.translation)
     }
 
-    /// Returns the twist with `ω = 2 sin(½φ) n` and `v = p`, for a rotation r by the angle φ about the axis n (Chiaverini &
-    /// Siciliano 1999). The vector part of r is `sin(½φ) n`.
+    /// Returns the twist with `ω = 2 sin(½φ) n` and `v = p` for the translation p and a rotation by the angle φ about the axis n
+    /// (Chiaverini & Siciliano 1999). The vector part of the rotation's quaternion is `sin(½φ) n`.
     #[inline(always)]
     pub fn vector_part(&self) -> AngularLinear {
         (2.0 * self.rotation.imag(), self.translation)

@@ -1,4 +1,4 @@
-//! The pose Jacobian in six rows.
+//! The 8×n pose Jacobian, reduced to six rows.
 
 use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;

@@ -136,7 +136,7 @@ impl QuadraticProgram {
         Err(Infeasible)
     }
 
-    /// Returns the multiplier of the constraint with this index at the last solution; 0 if the constraint is inactive.
+    /// Returns the multiplier of the constraint with this index at the latest solution; 0 if the constraint is inactive.
     pub fn multiplier(&self, constraint: usize) -> f64 {
         let place = self.active.iter().position(|number| *number == constraint);
         place.map_or(0.0, |place| self.multipliers[place])
@@ -232,8 +232,9 @@ impl QuadraticProgram {
         }
     }
 
-    /// Splits `normal` into its components along the first `active` columns of Q (`parts`) and the rest, which is orthogonal to
-    /// these columns (`step`). Then computes the coefficients of the active normals (`relief`).
+    /// Splits `normal` into a linear combination of the first `active` columns of Q and a rest that is orthogonal to these columns.
+    /// Sets `parts` to the coefficients of the columns, `step` to the rest, and `relief` to the coefficients of the same linear
+    /// combination in terms of the active normals.
     fn split(&mut self, active: usize) {
         let count = self.count;
         self.step.clear();

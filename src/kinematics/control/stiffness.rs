@@ -42,10 +42,10 @@ impl Stiffness {
         self.gram(arm).largest_eigenvalue()
     }
 
-    /// Replaces the joint velocities θ̇ in `theta_dot` by `(I + s Jᵀ K J)⁻¹ θ̇`. Here s is `time` \[s\]. Each rate r becomes `r/(1
-    /// + s r)`. So no rate exceeds the reciprocal of `time`, and slow rates hardly change.
+    /// Replaces the joint velocities θ̇ in `theta_dot` by `(I + s Jᵀ K J)⁻¹ θ̇`, where s is `time` \[s\]. An error that the law
+    /// reduces at the rate r [1/s] then decays at the rate `r/(1 + s r)`. So no rate exceeds `1/s`, and slow rates hardly change.
     ///
-    /// The result is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.
+    /// The result is computed as `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, because this needs only one 6×6 inverse.
     pub(super) fn soften(&self, arm: &ArmState, time: f64, theta_dot: &mut [f64]) {
         let columns = self.columns(arm).zip(theta_dot.iter());
         let fed_back = columns.fold(AngularLinear::default(), |(angular, linear), ((a, b), speed)| {

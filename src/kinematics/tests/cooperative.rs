@@ -1,4 +1,4 @@
-//! Two arms as one: the law compared with the reference work.
+//! Two arms that are controlled as one: the law compared with the reference work (Sathuluri 2018).
 
 use crate::LOOP;
 use crate::arm::rows;
@@ -66,7 +66,8 @@ fn the_printed_dual_position_jacobian_of_the_paper_is_reproduced() {
     assert!(printed[0].iter().all(|x| x.abs() < REFERENCE));
 }
 
-/// `J_r = [H⁻₈(q₁) C₈ J₂, H⁺₈(q₂*) J₁]` with the matrix C of the conjugation (eq. 22; Adorno et al. 2010).
+/// Checks that the Jacobian of the relative pose `q₂* q₁` is `[H⁻₈(q₁) C₈ J₂, H⁺₈(q₂*) J₁]` (eq. 22; Adorno et al. 2010). The 8×8
+/// matrix C₈ conjugates a dual quaternion.
 #[test]
 fn the_relative_pose_jacobian_is_that_of_hamilton_operators() {
     let [beta, alpha] =
@@ -106,7 +107,8 @@ fn relative_position_with_gain_10_reproduces_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse, position and distance decay as `exp(−K t)`. For a rotation by θ, `tan(θ/4)` decays in the same way.
+/// With the inverse and the gain K, the errors of position and distance decay as `exp(−K t)`. If the orientation is off by the
+/// angle θ, `tan(θ/4)` decays as `exp(−K t)`.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();
@@ -161,7 +163,8 @@ fn aims_of_two_arms_have_the_names_of_one_arm_with_a_prefix() {
 }
 
 proptest! {
-    /// `Jᵀ K e = −∇ ½ K |e|²` for the differences of eq. 16: of positions, of distances, of rotations in R⁴, and of poses in R⁸.
+    /// Checks that `Jᵀ K e` is the negative gradient of `½ K |e|²`. The error e is a difference as in eq. 16: of positions, of
+    /// distances, of rotations in R⁴, or of poses in R⁸.
     #[test]
     fn the_transposed_form_descends_its_squared_error(
         theta in prop::collection::vec(-3.0..3.0f64, 12),

@@ -1,4 +1,4 @@
-//! Laws with a memory, such as an integral law, whose motion is known in closed form.
+//! Tests laws with a memory, such as an integral law. Their motions are compared with formulas.
 
 use crate::puma::puma;
 use dq_kinematics::arm::ArmState;

@@ -1,4 +1,4 @@
-//! Arms, Jacobians and laws, compared with the reference work and with other implementations.
+//! Arms, Jacobians and laws, compared with the reference work (Sathuluri 2018) and with other implementations.
 
 mod aims;
 mod arm;

@@ -14,8 +14,8 @@ fn joint(kind: JointKind, along: Vector3<f64>, axis: Vector3<f64>) -> Joint {
     }
 }
 
-/// The program computes joints in pairs. In each of these arms of three joints, the last pair has a single joint. In both arms
-/// together, the second pair has a joint of each arm.
+/// Checks two arms of three joints. Because the program computes joints in pairs, the last pair of each arm has a single joint. If
+/// both arms are treated as one arm, the second pair has the last joint of the left arm and the first joint of the right arm.
 #[test]
 fn arms_with_an_odd_number_of_joints_keep_their_order() {
     let joints = [

@@ -53,7 +53,8 @@ impl PlainArm {
         self.base_from_tool = base_from_link * self.tool;
     }
 
-    /// Yields the columns of the 8×n pose Jacobian `½ (l + ε p×l) q`.
+    /// Yields the columns `½ (l + ε p×l) q` of the 8×n pose Jacobian. The joint's axis has the direction l through the point p, and q
+    /// is the tool pose.
     pub fn pose_columns(&self) -> impl Iterator<Item = Vector8> + '_ {
         let (real, dual) = (self.base_from_tool.real(), self.base_from_tool.dual());
         self.axes.iter().map(move |(direction, point)| {

@@ -1,4 +1,4 @@
-//! The arm of the reference work, and its default control.
+//! The PUMA 560, the arm of the reference work (Sathuluri 2018), with its default law and gains.
 
 use dq_config::{ForArm, ServoParameters};
 use dq_kinematics::arm::Chain;

@@ -122,7 +122,8 @@ fn with_the_damped_inverse_errors_decay_at_the_gains_of_the_law() {
     }
 }
 
-/// For a position alone, diffc descends `½K|q_d − q|²` as for a pose. The goal pose q_d then has the orientation of the tool.
+/// Checks that diffc with the aim `position` moves along the negative gradient of `½K|q_d − q|²`, as with the aim `pose`. The
+/// goal q_d then has the orientation of the tool.
 #[test]
 fn diffc_to_a_position_is_the_gradient_of_the_difference() {
     let chain = puma();

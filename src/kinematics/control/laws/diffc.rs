@@ -1,4 +1,4 @@
-//! The paper's difference feedback.
+//! The difference feedback of the reference work (Sathuluri 2018).
 
 use crate::control::control_law::{
     ControlLaw, LEAST, LawGains, LawInput, Map, descent_by_twist, stiffness_of_twist,

@@ -46,8 +46,8 @@ impl ControlLaw for LogcPd {
         6
     }
 
-    /// Sets V to the twist with which the arm already moves, so that the velocity of the arm does not jump. Near a singularity the
-    /// velocity may still jump, because the damped inverse slows the arm.
+    /// Sets the remembered twist V to the twist with which the arm already moves, so that the velocity of the arm does not jump.
+    /// Near a singularity the velocity may still jump, because the damped inverse slows the arm.
     fn begin(&self, motion: &ToolMotion, memory: &mut [f64]) {
         memory.copy_from_slice(&six_numbers(&motion.twist));
     }

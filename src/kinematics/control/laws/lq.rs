@@ -35,8 +35,8 @@ impl ControlLaw for Lq {
         weights.map(f64::sqrt)
     }
 
-    /// Returns the weights at which the gain is `gain` for the rotation and twice `gain` for the translation. These are the rates
-    /// of the reference's figure 4.
+    /// Returns the weights with which the law has `gain` for the rotation and twice `gain` for the translation. These are the rates
+    /// of decay in figure 4 of the reference work (Sathuluri 2018).
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain.powi(2), (2.0 * gain).powi(2)]
     }

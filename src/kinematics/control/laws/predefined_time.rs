@@ -5,12 +5,13 @@ use crate::control::control_law::{ControlLaw, LawGains};
 use crate::control::{AngularLinear, PoseError};
 use std::f64::consts::PI;
 
-/// logc with a gain that is larger both near the goal and far from the goal, so that the time to arrive is bounded. The parameters
-/// are the bound T of that time \[s\] and the largest gain [1/s].
+/// logc with a gain that depends on the size x of the error, so that the time to arrive is less than T for any start. The
+/// parameters are T \[s\] and the largest gain [1/s].
 ///
-/// The system `ẋ = −(π/T)(√x + x√x)` moves from x to 0 within the time `(2T/π) atan √x`, which is below T for any start. It is the
-/// system of Aldana-López et al. (2019, arXiv 1809.07012) with the exponents ½ and 3/2 and coefficients of 1. Its rate is unbounded
-/// near 0, and a sampled loop needs a bound.
+/// The gain `(π/T)(1/√x + √x)` is smallest at x = 1 and grows toward 0 and toward infinity. With this gain, the error obeys `ẋ =
+/// −(π/T)(√x + x√x)`. It reaches 0 after the time `(2T/π) atan √x₀`, which is below T for any initial x₀. This is the system of
+/// Aldana-López et al. (2019, arXiv 1809.07012) with the exponents ½ and 3/2 and coefficients of 1. The largest gain is necessary
+/// because the loop is sampled, and the formula has no bound near x = 0.
 pub struct PredefinedTime;
 
 impl ControlLaw for PredefinedTime {

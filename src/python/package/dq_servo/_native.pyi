@@ -42,7 +42,7 @@ class Pose:
 
     @staticmethod
     def half_exp(log: ArrayLike) -> Pose:
-        """Returns the inverse of `half_log` (the paper's explogdq)."""
+        """Returns the pose with this `half_log` (the paper's explogdq)."""
 
     @property
     def translation(self) -> Array:
@@ -207,8 +207,8 @@ class Servo:
 
     def set_joint_goal(self, positions: ArrayLike | Mapping[str, float]) -> None:
         """Sets a joint goal, which takes effect in the next cycle. `positions` [rad, prismatic: m] is a dict with names of `joints`,
-        or a list for all joints. A joint that the dict does not name keeps its previous joint goal; without one, it stays where it
-        is."""
+        or a list for all joints. A joint that the dict does not name keeps its previous joint goal. If it has no joint goal, it stays
+        where it is."""
 
     def cycle(
         self,
@@ -234,13 +234,15 @@ class Servo:
         """Pauses if `paused` is true, otherwise resumes, like `~/pause`."""
 
     def reconfigure(self) -> None:
-        """Lets a stalled arm go to the other configuration that the servo found, like `~/reconfigure`."""
+        """Lets a stalled arm move to another configuration of its joints, from which it can reach the goal, like `~/reconfigure`. The
+        servo must have found this configuration.
+        """
 
     def tare(self) -> None:
         """From now on, counts the present wrench as no contact, like `~/tare`."""
 
     def identify_tool(self) -> None:
-        """Begins to identify the load that hangs on the sensor, like `~/identify_tool` with true."""
+        """Begins to identify the mass and the center of mass of the load on the force sensor, like `~/identify_tool` with true."""
 
     def identified_tool(self) -> tuple[float, Array]:
         """Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m]."""
@@ -277,7 +279,7 @@ class Run:
 
     @property
     def name(self) -> str:
-        """The name of the bag, followed by the servo's namespace unless this is `/`."""
+        """The name of the bag. If the servo has a namespace other than `/`, the namespace follows."""
 
     @property
     def joints(self) -> list[str]:
@@ -331,8 +333,8 @@ def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None 
     """
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
-    """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]. The median settling times are
-    equal on tasks that no comparison uses.
+    """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
+    equal. They are measured on other tasks than those of `compare`.
 
     Raises a ValueError if the law settles in fewer than half of the tasks at every gain."""
 
@@ -346,9 +348,10 @@ def compare(
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
     parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first `count` tasks of an arm. Returns `outcome`, and an array for each metric, with NaN for missing values.
+    """Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric, with NaN for missing values, and
+    with the list `outcome`, which has the outcome of each task.
 
-    `parameters` are additional parameters of the servo, by their ROS names. They do not change the law.
+    `parameters` are additional parameters of the servo, by their ROS names. They change the arm, but not the law or its gains.
     """
 
 def hamilton_plus(a: ArrayLike) -> Array:
