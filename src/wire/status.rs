@@ -37,7 +37,7 @@ pub struct StatusReport {
     pub reason: Option<String>,
     /// The name of the joint stopped by its position limit.
     pub joint_at_limit: Option<String>,
-    /// The distance of the nearest pair in the scene \[m\]; `None` if constraints are off or nothing is near.
+    /// The smallest gap between two parts of the scene \[m\]; `None` if constraints are off or no parts are near each other.
     pub clearance: Option<f64>,
     /// Whether another configuration of the arm reaches the goal, as the name of a [`Reconfiguration`]. `None` in bags of earlier
     /// versions.
@@ -88,11 +88,11 @@ pub struct ServoReport<'a> {
     pub keep_outs: Option<usize>,
     /// The smallest singular value of the controlled Jacobian.
     pub smallest_singular_value: f64,
-    /// The time of the last cycle.
+    /// When the latest cycle began, by the cycle's clock.
     pub now: Duration,
-    /// The publisher of the last request, if the request was a message.
+    /// The publisher of the latest request; `None` if the request was not a message.
     pub asker: Option<String>,
-    /// The status of the last cycle.
+    /// The status of the latest cycle.
     pub status: &'a Status,
     /// Whether the servo has received a joint state of every arm.
     pub heard: bool,
@@ -106,7 +106,7 @@ pub struct Reported<'a> {
     pub node: &'a str,
     /// The state of the guards, which are the nodes that stop the arms if the servo is killed.
     pub guard: GuardState,
-    /// A text about the keep-outs and keep-ins that the servo does not obey, and why.
+    /// The keep-outs and keep-ins that the servo does not obey, with the reasons; `None` if it obeys all of them.
     pub not_obeyed: Option<String>,
     /// The servo's report.
     pub servo: ServoReport<'a>,

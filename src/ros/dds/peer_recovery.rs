@@ -23,7 +23,7 @@ use tokio::net::UdpSocket;
 /// The largest number of lost participants for which this process listens. If there are more, some are forgotten.
 const PARTICIPANTS: usize = 256;
 
-/// The length of the part of a message that is read \[bytes\]: the header, whose last field is the sender.
+/// The number of bytes to read of each RTPS message: only its header, which ends with the sender's GUID prefix.
 const HEADER: usize = SENDER.end;
 
 /// The pause after an error of the socket.
@@ -32,7 +32,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// The GUID prefix that a participant shares with its endpoints.
 pub(crate) type Prefix = [u8; 12];
 
-/// Converts the prefix type of RustDDS, which has no public name.
+/// Converts a GUID prefix of RustDDS to a [`Prefix`]. The parameter is generic because the type in RustDDS is not public.
 pub(crate) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
     of.as_ref().first_chunk().copied().unwrap_or_default()
 }
@@ -44,7 +44,7 @@ pub(crate) type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 pub(crate) struct Peer {
     /// The description of one of the participant's nodes.
     pub name: String,
-    /// The topics on which this process received from the participant.
+    /// The topics on which this process has received messages from the participant.
     pub heard_on: Vec<String>,
     /// Writes a warning to the log of a node that was connected with the participant.
     pub warn: Warn,

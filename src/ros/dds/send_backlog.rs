@@ -1,10 +1,10 @@
-//! A writer that drops a message if it would have to wait behind several unsent messages.
+//! A writer that drops a new message if several earlier messages are still unsent.
 //!
-//! RustDDS 0.15.1 cannot remove queued messages, does not report their number, and limits their number only together with
-//! unacknowledged samples (`pubsub.rs`: `backlog_limit = window_limit`). But RustDDS wakes every task that waits for
-//! acknowledgments whenever its thread has sent something (`writer_send_buffer.rs`: `set_sent_frontier`), so this module counts the
-//! messages since the latest wake-up. The `Publisher` of ros2-client does not give access to this wake-up. Delete this module when
-//! RustDDS has a separate limit for unsent messages.
+//! RustDDS 0.15.1 cannot remove queued messages, and does not report their number. Its limit covers unsent and unacknowledged
+//! messages together (`pubsub.rs`: `backlog_limit = window_limit`). But whenever the thread of RustDDS has sent something, RustDDS
+//! wakes all tasks that wait for acknowledgments (`writer_send_buffer.rs`: `set_sent_frontier`). So this module waits for
+//! acknowledgments too, and counts the messages that were queued since it was last woken. The `Publisher` of ros2-client cannot wait
+//! for acknowledgments in this way. Delete this module when RustDDS has a separate limit for unsent messages.
 
 use rustdds::dds::CreateResult;
 use rustdds::no_key::DataWriterCdr;
@@ -29,7 +29,7 @@ impl Wake for Waiting {
     }
 }
 
-/// A writer of messages of one type. It can drop a message that would have to wait behind several unsent messages.
+/// A writer of messages of one type. It can drop a new message if [`MOST_WAITING`] earlier messages are still unsent.
 pub(crate) struct InTimeWriter<M: Serialize> {
     inner: DataWriterCdr<M>,
     waiting: Arc<Waiting>,

@@ -39,7 +39,7 @@ const PATIENCE: Duration = Duration::from_secs(15);
 /// The length of the largest message \[bytes\].
 const LARGEST: usize = 65_536;
 
-/// The hosts in `ROS_STATIC_PEERS`, and the sockets that receive the packets for them.
+/// The hosts in `ROS_STATIC_PEERS`, and the sockets for the packets that this module sends on to these hosts.
 pub(crate) struct StaticPeers {
     names: Vec<String>,
     domain: u16,

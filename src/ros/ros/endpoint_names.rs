@@ -153,7 +153,7 @@ pub(super) fn announcements(dds: &DomainParticipant) -> Result<Announcements, Ro
     reader().map_err(|why| RosError::create(TOPIC_NAME)(&why))
 }
 
-/// Finds the name of the node that owns an endpoint. Nodes that no participant has announced have no name here.
+/// The names of the nodes that own the endpoints in the graph, as far as participants have announced them.
 #[derive(Clone, Default)]
 pub struct EndpointNames {
     state: Arc<Mutex<State>>,

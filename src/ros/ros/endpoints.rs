@@ -41,7 +41,7 @@ pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
     pub matches: Matches,
     pub names: EndpointNames,
-    /// Sends packets that RustDDS does not send; `None` in a secured graph, or if the socket could not be opened.
+    /// Sends packets for the workarounds for RustDDS; `None` in a secured graph, or if the socket could not be opened.
     pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 

@@ -186,7 +186,8 @@ const SUGGESTIONS: usize = 16;
 /// The largest total length of the reasons in one reply \[bytes\]. Clients on Cyclone hang if a reply is longer than 64 kB.
 const REASONS: usize = 32_000;
 
-/// Shortens the results so that they fit into a reply: "…" replaces each reason for which [`REASONS`] leaves no room.
+/// Limits the total length of the reasons to [`REASONS`], so that the results fit into a reply. Replaces each reason that would
+/// exceed the limit by "…".
 fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
     let mut room = REASONS;
     results

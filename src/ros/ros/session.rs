@@ -36,7 +36,8 @@ pub struct Session {
     /// Warnings that no node has logged yet.
     warnings: Arc<Mutex<UnboundedReceiver<String>>>,
     _participating: Participating,
-    /// The task that sends to the static peers. This field is dropped after the participant.
+    /// The task that sends to the static peers. This field must be dropped after the participant, so that the task still sends the
+    /// participant's last messages.
     _static_peers: Option<ServedPeers>,
 }
 
@@ -177,8 +178,8 @@ fn interfaces(environment: &Environment) -> Choice {
     }
 }
 
-/// Begins to receive the packets for the static peers. Returns `None` if there are no static peers, or if no packets can be
-/// received.
+/// Opens the sockets of [`StaticPeers`]. Returns `None` if there are no static peers. Also returns `None` after a warning, if the
+/// sockets cannot be opened.
 fn static_peers(environment: &Environment, warn: impl Fn(String)) -> Option<StaticPeers> {
     let Environment { domain_id, static_peers, .. } = environment;
     let listening = (!static_peers.is_empty()).then(|| StaticPeers::listen(*domain_id, static_peers.clone()));

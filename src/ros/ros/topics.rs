@@ -288,8 +288,8 @@ impl<M: Message> Subscription<M> {
         )
     }
 
-    /// Takes messages as [`each`](Self::each) does. Decodes each message into the memory of the previous one (`place`). Messages
-    /// with lists of the same lengths cause no allocations.
+    /// Does the same as [`each`](Self::each), but decodes each message into the memory of the previous message, which is in `place`.
+    /// So messages whose lists have the same lengths cause no allocations.
     pub fn each_over(&self, place: &mut M, mut take: impl FnMut(&M, &Origin)) -> Vec<String>
     where
         M: InPlace,
