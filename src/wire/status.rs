@@ -1,4 +1,4 @@
-//! The servo's status as a message on `~/status`, and back.
+//! Converts the servo's status to a message on `~/status`, and such a message to a report.
 
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
@@ -31,7 +31,7 @@ pub struct StatusReport {
     pub goal_beyond_reach: bool,
     /// The number of motions that have begun since the servo's start.
     pub goal_count: u64,
-    /// The stamp of the current goal's last message.
+    /// The time stamp of the latest message with the current goal.
     pub goal_stamp: Option<String>,
     /// The reason for the state, and what to try; `None` if the state explains itself.
     pub reason: Option<String>,
@@ -184,8 +184,8 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Returns key-value pairs about consent: whether there is consent, the last request, and the last revocation. Further pairs
-    /// have the times since the request and since the revocation \[s\].
+    /// Returns key-value pairs about consent: whether there is consent, the latest request, and the latest revocation. Further pairs
+    /// have the times since this request and since this revocation \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);

@@ -67,9 +67,9 @@ impl Lost {
         Self { domain, on_loopback, is_secured, has_static_peers, participants: HashMap::new(), socket: None }
     }
 
-    /// Adds a participant that was not heard for the duration of its lease, and starts listening for its return. A process with
-    /// static peers cannot detect every return, because announcements may be unicast to RustDDS. So such a process must be restarted
-    /// at once ([`NetworkEnd::Lost`]) if it has received from this participant.
+    /// Adds a participant that was not heard for the duration of its lease, and starts listening for its announcements. A process with
+    /// static peers cannot detect the return of every participant, because this module does not receive unicast announcements. So such
+    /// a process must be restarted at once ([`NetworkEnd::Lost`]) if it has received messages from the participant.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.has_static_peers && !peer.heard_on.is_empty() {
             return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
@@ -116,9 +116,9 @@ impl Lost {
         }
     }
 
-    /// Declares that this process must be restarted ([`NetworkEnd::Deaf`]), because RustDDS no longer receives from the peer that is
-    /// back. Only logs a warning if this process has never received from the peer, or if the graph is secured. Announcements are not
-    /// authenticated in a secured graph, so otherwise anyone could end the process.
+    /// Declares that this process must be restarted ([`NetworkEnd::Deaf`]), because the peer is present again, but RustDDS no longer
+    /// receives from it. If this process has never received messages from the peer, only logs a warning. In a secured graph, also only
+    /// logs a warning: announcements are not authenticated there, so anyone could end this process with a false announcement.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

@@ -263,8 +263,8 @@ mod tests {
         wait_until(false).await;
     }
 
-    /// Runs a peer: a node of another vendor's DDS that announces itself with GIDs of `length` bytes. Returns our description of
-    /// the peer's publisher, the peer's output that says whether it knows our node, and our warnings.
+    /// Runs a node on another vendor's DDS that announces itself with GIDs of `length` bytes. Returns three results: the description
+    /// of this node's publisher in our session, the word `known` or `unknown` from this node about our node, and our warnings.
     async fn meet(length: usize) -> (String, String, Vec<String>) {
         let session = session();
         // The test holds this lock, so the node does not take the warnings.
