@@ -4,10 +4,10 @@
 //! A participant that was killed is never heard again. But if a cable was unplugged or the computer was suspended, the participant
 //! continues to announce itself, and RustDDS 0.15.1 ignores it forever. Cyclone and Fast DDS repeat one announcement, which RustDDS
 //! ignores as a duplicate (`dds_cache.rs`, `add_change_internal`), so the participant stays unknown. RustDDS recognizes other
-//! RustDDS participants again, but does not match their endpoints with our earlier ones (`discovery.rs`, "Participant
-//! rediscovery").
+//! RustDDS participants again. But it does not match their endpoints with those endpoints of ours that existed before the loss
+//! (`discovery.rs`, "Participant rediscovery").
 //!
-//! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open.
+//! Therefore, while participants are lost, this module listens to the multicast group of announcements. Otherwise no socket is open.
 //! Delete this module when RustDDS receives again from lost participants that are back. Then the servo in test `dds`
 //! a_known_peer_that_returns_… no longer ends.
 

@@ -16,7 +16,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Wake, Waker};
 
-/// The number of messages that may wait for the thread of RustDDS. A command that is older than three control periods is obsolete.
+/// The number of messages that may wait for the thread of RustDDS. The servo writes one command per control period. So if three
+/// commands wait, the thread has sent nothing for about three control periods, and the commands become obsolete.
 const MOST_WAITING: u32 = 3;
 
 /// The number of messages that were queued since the thread of RustDDS last sent one.

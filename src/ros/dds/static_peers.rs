@@ -164,7 +164,7 @@ const WITHOUT_MULTICAST: &str = "ROS_STATIC_PEERS has no effect: no network inte
                                  takes what it tells them";
 
 impl Peers {
-    /// Collects the participants that RustDDS knows on these hosts.
+    /// Updates the addresses of the participants on these hosts from the readers that RustDDS has discovered.
     fn look(&mut self, participant: &DomainParticipant) {
         let readers = participant.discovered_readers().into_iter();
         let all = readers.flat_map(|reader| addresses(reader.reader_proxy.unicast_locator_list));

@@ -68,8 +68,8 @@ fn guid(gid: &impl AsRef<[u8]>) -> [u8; 16] {
     gid.as_ref().first_chunk().copied().unwrap_or_default()
 }
 
-/// Decodes a value of type `V` from `cdr`. Up to three remaining bytes are padding. Returns `None` if more bytes remain, because
-/// then the GIDs in `cdr` are longer than those of `V`.
+/// Decodes a value of type `V` from `cdr`. Ignores up to three bytes of padding at the end. If more bytes remain, the GIDs in `cdr`
+/// are longer than those of `V`; then this function returns `None`.
 fn whole<V: DeserializeOwned>(cdr: &[u8]) -> Option<V> {
     let (header, payload) = cdr.split_first_chunk()?;
     let (value, used) = decode_payload(*header, payload).ok()?;

@@ -168,8 +168,8 @@ impl Current {
         self.store.iter().map(|(declared, value)| parameter(declared.name, value)).collect()
     }
 
-    /// Returns the stamp for the next set of parameters: the current time, or 1 ns after the previous stamp if the clock is not past
-    /// it. So each set of parameters has its own stamp.
+    /// Returns the stamp for the next set of parameters. This is the current time, if it is later than the previous stamp. Otherwise
+    /// it is 1 ns after the previous stamp. So each set of parameters has its own stamp.
     fn next_stamp(&self) -> Time {
         let now = Time::now();
         if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
