@@ -3,7 +3,7 @@
 use super::block::{Block, Types, Unpacked};
 use super::message::Topic;
 
-/// The content of a file in one format.
+/// A reader of a bag's file. Each format has its own reader.
 pub(super) trait Format: std::fmt::Debug + Send {
     /// Returns the blocks of the file. The messages of different blocks may overlap in time.
     fn blocks(&self) -> Vec<Block>;

@@ -59,8 +59,8 @@ struct Channel {
 }
 
 impl McapFile {
-    /// Reads the file and unpacks its chunks, within the limit. Calls `lost` with a line about the first damage, or about missing
-    /// messages.
+    /// Reads the file, and checks its chunks. If the chunks read so far unpack to more bytes than `limit` allows, the file counts as
+    /// damaged. Calls `lost` with a line about the first damage, or about missing messages.
     ///
     /// # Errors
     /// The operating system's error if the file cannot be opened.

@@ -204,8 +204,8 @@ fn read_topics(connection: &Connection) -> rusqlite::Result<Topics> {
     Ok(Topics(statement.query_map([], entry)?.collect::<rusqlite::Result<_>>()?))
 }
 
-/// Reads the rows of all messages. If a part of the table is damaged, reads the rows before the damage and, from the end of the
-/// table, those after it. Returns the rows in the order of time and id.
+/// Reads the rows of all messages, and returns them in the order of time and id. If a part of the table is damaged, first reads the
+/// rows before the damage. Then reads the table backwards from its end, to get the rows after the damage.
 fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlite::Result<Vec<MessageRow>> {
     let mut order = Vec::new();
     let up = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id";
@@ -295,7 +295,7 @@ fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// Returns a URI of the file. With this URI SQLite neither writes nor waits.
+/// Returns a URI of the file that tells SQLite that nobody changes the file. So SQLite uses no locks and writes no files.
 fn immutable(path: &Path) -> OsString {
     let plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"/._-".contains(byte);
     let escape = |byte: u8| if plain(&byte) { char::from(byte).to_string() } else { format!("%{byte:02x}") };

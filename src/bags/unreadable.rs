@@ -30,7 +30,7 @@ impl UnreadableParts {
         }
     }
 
-    /// Returns whether every part read so far could be read.
+    /// Returns true if nothing has been lost so far.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }

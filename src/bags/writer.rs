@@ -54,7 +54,7 @@ pub struct TopicId {
     number: usize,
 }
 
-/// The number of writers in this process so far.
+/// The number of [`BagWriter`]s that this process has created so far.
 static WRITERS: AtomicU64 = AtomicU64::new(0);
 
 /// The counts of a finished bag.
@@ -64,7 +64,8 @@ pub struct WrittenBag {
     pub messages: u64,
     /// The number of topics, including those without messages.
     pub topics: usize,
-    /// The number of messages that were dropped because a queue before the writer was full. [`BagWriter`] has no queue and sets 0.
+    /// The number of messages that were dropped before they reached the writer, because the recorder's queue was full. [`BagWriter`]
+    /// sets 0.
     pub dropped: u64,
     /// The number of files, without `metadata.yaml`.
     pub files: usize,

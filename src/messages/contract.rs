@@ -1,4 +1,4 @@
-//! The topics of a node, as a file lists them.
+//! The topics of a node, in the form that `msg_config/topics.yaml` has for each node.
 
 use super::messages::Message;
 use super::{DurabilityKind, ReliabilityKind, WireError};

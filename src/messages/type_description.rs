@@ -70,7 +70,7 @@ message! {
 
     /// The type of a field.
     FieldType = "type_description_interfaces/msg/FieldType" {
-        /// A number that `FieldType.msg` defines.
+        /// The number that `FieldType.msg` assigns to the type.
         type_id: u8,
         /// The length of an array or of a bounded sequence; 0 for other types.
         capacity: u64,

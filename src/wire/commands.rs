@@ -54,7 +54,7 @@ pub trait Command: Message {
     /// Returns whether a guard has sent the command.
     fn is_of_guard(&self) -> bool;
 
-    /// Returns the command with the mark of a guard.
+    /// Marks the command as one of a guard, and returns it. Controllers ignore the mark.
     #[must_use]
     fn of_guard(self) -> Self;
 }
@@ -111,7 +111,7 @@ impl Command for JointTrajectory {
         Some((positions, (&point.time_from_start).into()))
     }
 
-    /// A guard marks its commands by the frame in the header, which controllers ignore.
+    /// Checks the frame in the header, because [`of_guard`](Self::of_guard) writes the mark there.
     fn is_of_guard(&self) -> bool {
         self.header.frame_id == GUARD
     }

@@ -1,8 +1,14 @@
-//! The record for replay on `~/events`: what the servo received, in the order of processing, and what it sent.
+//! The record of a servo's cycles on `~/events`, from which the cycles can be replayed. It contains the events that the servo
+//! received, in the order of processing, and the commands that it sent.
 //!
-//! A message contains one or more consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its
-//! number and time \[ns\], each [`Recorded`] as a `Some`, then a `None`, and then the output. So the servo can write each event at
-//! once, without knowing how many more events will follow.
+//! A message contains one or more consecutive cycles. Each cycle is a sequence of values in the encoding of the crate `postcard`:
+//!
+//! 1. the number and the time \[ns\] of the cycle,
+//! 2. each event, as a `Some` with a [`Recorded`],
+//! 3. a `None`, which ends the list of events,
+//! 4. the output.
+//!
+//! The list has no length at its beginning, so the servo can write each event at once, before it knows the number of events.
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;

@@ -15,7 +15,7 @@ mod timing;
 
 pub use commands::{Command, command_topic};
 
-/// The types that [`with_command`] names.
+/// The types that the code from the macro [`with_command`] refers to.
 #[doc(hidden)]
 pub mod command_types {
     pub use dq_core::servo::Interface;

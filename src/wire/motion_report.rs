@@ -1,4 +1,4 @@
-//! A motion as a message on `~/motions`, and back.
+//! Converts a motion to a message on `~/motions`, and such a message to a report.
 
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};

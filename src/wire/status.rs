@@ -1,4 +1,4 @@
-//! The servo's status as a message on `~/status`, and back.
+//! Converts the servo's status to a message on `~/status`, and such a message to a report.
 
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
@@ -31,13 +31,13 @@ pub struct StatusReport {
     pub goal_beyond_reach: bool,
     /// The number of motions that have begun since the servo's start.
     pub goal_count: u64,
-    /// The stamp of the current goal's last message.
+    /// The time stamp of the latest message with the current goal.
     pub goal_stamp: Option<String>,
     /// The reason for the state, and what to try; `None` if the state explains itself.
     pub reason: Option<String>,
     /// The name of the joint stopped by its position limit.
     pub joint_at_limit: Option<String>,
-    /// The distance of the nearest pair in the scene \[m\]; `None` if constraints are off or nothing is near.
+    /// The smallest gap between two parts of the scene \[m\]; `None` if constraints are off or no parts are near each other.
     pub clearance: Option<f64>,
     /// Whether another configuration of the arm reaches the goal, as the name of a [`Reconfiguration`]. `None` in bags of earlier
     /// versions.
@@ -88,11 +88,11 @@ pub struct ServoReport<'a> {
     pub keep_outs: Option<usize>,
     /// The smallest singular value of the controlled Jacobian.
     pub smallest_singular_value: f64,
-    /// The time of the last cycle.
+    /// When the latest cycle began, by the cycle's clock.
     pub now: Duration,
-    /// The publisher of the last request, if the request was a message.
+    /// The publisher of the latest request; `None` if the request was not a message.
     pub asker: Option<String>,
-    /// The status of the last cycle.
+    /// The status of the latest cycle.
     pub status: &'a Status,
     /// Whether the servo has received a joint state of every arm.
     pub heard: bool,
@@ -106,7 +106,7 @@ pub struct Reported<'a> {
     pub node: &'a str,
     /// The state of the guards, which are the nodes that stop the arms if the servo is killed.
     pub guard: GuardState,
-    /// A text about the keep-outs and keep-ins that the servo does not obey, and why.
+    /// The keep-outs and keep-ins that the servo does not obey, with the reasons; `None` if it obeys all of them.
     pub not_obeyed: Option<String>,
     /// The servo's report.
     pub servo: ServoReport<'a>,
@@ -184,8 +184,8 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Returns key-value pairs about consent: whether there is consent, the last request, and the last revocation. Further pairs
-    /// have the times since the request and since the revocation \[s\].
+    /// Returns key-value pairs about consent: whether there is consent, the latest request, and the latest revocation. Further pairs
+    /// have the times since this request and since this revocation \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);

@@ -52,7 +52,7 @@ impl CycleTiming {
         self.work.clear();
     }
 
-    /// Returns the distributions and the count as numbers.
+    /// Returns the quantiles of the lateness and of the working times, and the number of skipped cycles.
     pub fn figures(&self) -> TimingFigures {
         TimingFigures {
             lateness: self.lateness.figures(),

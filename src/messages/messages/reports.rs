@@ -29,7 +29,7 @@ message! {
     }
 }
 
-/// Decodes a text. In CDR a string is a sequence of bytes, the last of which is 0.
+/// Decodes a string that may not be UTF-8. In CDR a string is a sequence of bytes, the last of which is 0.
 fn any_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     let mut bytes = Vec::<u8>::deserialize(deserializer)?;
     bytes.pop_if(|last| *last == 0);

@@ -104,7 +104,7 @@ impl NetworkWatch {
         NEW_ADDRESS.get().map_or(Ok(()), |address| Err(NetworkEnd::NewAddress(*address)))
     }
 
-    /// Waits until DDS does not work any more.
+    /// Waits until DDS does not work any more, and returns the reason.
     pub async fn ended() -> NetworkEnd {
         let mut watch = Self::default();
         // A single failed check is ignored, because a new thread gets its name shortly after its start.

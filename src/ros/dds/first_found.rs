@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 /// A publisher that is discovered within this time after the start of this process may be older than the process.
 const START: Duration = Duration::from_secs(5);
 
-/// The largest number of publishers that are remembered. Lost publishers are remembered too, so that a publisher that comes back
-/// keeps its age.
+/// The largest number of publishers that are remembered. These include lost publishers: if one of them is discovered again, its time
+/// of discovery does not change.
 const MOST: usize = 4096;
 
 /// The time at which each writer was first discovered.

@@ -23,7 +23,7 @@ use std::time::Duration;
 const BUILT_IN: u8 = 0xc0;
 
 /// The time from the match to the request. Fast DDS answers only one request per sample. It ignores a request that arrives while
-/// its timer still counts the sample as in flight. The publisher stays much longer than this time.
+/// its timer still counts the sample as in flight. Even `ros2 topic pub --once` waits much longer than this time before it exits.
 const MOMENT: Duration = Duration::from_millis(20);
 
 /// Sends requests to writers of Fast DDS on behalf of the readers of one participant.

@@ -12,7 +12,7 @@ use std::path::Path;
 /// The variable that names the interfaces.
 pub(crate) const VARIABLE: &str = "DQ_SERVO_INTERFACES";
 
-/// The value of the variable that selects all interfaces.
+/// The value of [`VARIABLE`] with which a participant uses all interfaces.
 const ALL: &str = "all";
 
 /// A host with at most this many addresses, apart from loopback, uses all of them.

@@ -12,8 +12,8 @@ pub(crate) const FEWEST_SAMPLES: i32 = 128;
 /// The largest number of stored samples.
 const MOST_SAMPLES: i32 = 10_000;
 
-/// The memory budget from which the number of stored samples of a topic is computed \[bytes\]: the budget divided by the size of the
-/// largest message so far. The number never decreases, so the samples exceed the budget if messages become larger later.
+/// The memory budget for the stored samples of a topic \[bytes\]. The number of stored samples is the budget divided by the size of
+/// the largest sample so far. The number never decreases. If later messages are larger, the samples need more than the budget.
 const ROOM: usize = 32 << 20;
 
 /// The limit for the memory of a topic's stored samples \[bytes\]. If the samples need more, the subscription ends.

@@ -43,7 +43,7 @@ const ONE_DATAGRAM: usize = 64_000;
 const COPIES: usize = 4;
 const MORE_FOR: usize = 10_000;
 
-/// The time between two copies, so that a full buffer can empty.
+/// The time between two copies of a large reply. In this time, the socket buffers of the two hosts can empty.
 const BETWEEN: Duration = Duration::from_millis(20);
 
 /// The recipient of a reply.
@@ -64,7 +64,7 @@ pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
     topic: String,
     participant: Weak<DomainParticipant>,
     matches: Matches,
-    /// Sends packets that RustDDS does not send; `None` in a secured graph, or if the socket could not be opened.
+    /// Sends the large replies; `None` in a secured graph, or if the socket could not be opened.
     datagrams: Option<Arc<OwnDatagrams>>,
 }
 

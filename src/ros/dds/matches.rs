@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// The time without a newly found participant or reader after which discovery counts as complete.
+/// Discovery counts as complete when no further participant or reader has been discovered for this time.
 const QUIET: Duration = Duration::from_millis(200);
 
 /// How long to wait for a peer's name before a warning is logged without the name.
@@ -26,7 +26,7 @@ pub(crate) trait Owners: Send + Sync {
     fn describe(&self, endpoint: GUID) -> String;
 }
 
-/// The matches and endpoints that result from the participant's events so far.
+/// The endpoints that our participant knows from the events of RustDDS, and which of them are matched.
 #[derive(Clone)]
 pub(crate) struct Matches {
     state: Arc<Mutex<State>>,
@@ -49,7 +49,7 @@ pub(super) struct OwnEndpoint {
     pub warn: Warn,
 }
 
-/// The result of the participant's events so far: the endpoints, and which of them match.
+/// The content of [`Matches`].
 #[derive(Default)]
 pub(super) struct State {
     pub own: HashMap<GUID, OwnEndpoint>,

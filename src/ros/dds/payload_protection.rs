@@ -4,7 +4,7 @@
 //! pads between ciphertext and signature, but RustDDS 0.15.1 takes the last 20 bytes as the signature. So RustDDS cannot read a
 //! payload whose length is not a multiple of four (`payload_padding` handles our side). The reliable reader waits for that payload
 //! forever and withholds all later ones, so service calls hang. sros2 writes such a governance. Delete this module when test
-//! `security` a_governance_under_which_… finds nothing that hangs.
+//! `security` a_governance_under_which_… fails because the service call succeeds ("then the warning is needless").
 
 use openssl::pkcs7::Pkcs7;
 use roxmltree::{Document, Node};

@@ -4,10 +4,10 @@
 //! A participant that was killed is never heard again. But if a cable was unplugged or the computer was suspended, the participant
 //! continues to announce itself, and RustDDS 0.15.1 ignores it forever. Cyclone and Fast DDS repeat one announcement, which RustDDS
 //! ignores as a duplicate (`dds_cache.rs`, `add_change_internal`), so the participant stays unknown. RustDDS recognizes other
-//! RustDDS participants again, but does not match their endpoints with our earlier ones (`discovery.rs`, "Participant
-//! rediscovery").
+//! RustDDS participants again. But it does not match their endpoints with those endpoints of ours that existed before the loss
+//! (`discovery.rs`, "Participant rediscovery").
 //!
-//! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open.
+//! Therefore, while participants are lost, this module listens to the multicast group of announcements. Otherwise no socket is open.
 //! Delete this module when RustDDS receives again from lost participants that are back. Then the servo in test `dds`
 //! a_known_peer_that_returns_… no longer ends.
 
@@ -23,7 +23,7 @@ use tokio::net::UdpSocket;
 /// The largest number of lost participants for which this process listens. If there are more, some are forgotten.
 const PARTICIPANTS: usize = 256;
 
-/// The length of the part of a message that is read \[bytes\]: the header, whose last field is the sender.
+/// The number of bytes to read of each RTPS message: only its header, which ends with the sender's GUID prefix.
 const HEADER: usize = SENDER.end;
 
 /// The pause after an error of the socket.
@@ -32,7 +32,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// The GUID prefix that a participant shares with its endpoints.
 pub(crate) type Prefix = [u8; 12];
 
-/// Converts the prefix type of RustDDS, which has no public name.
+/// Converts a GUID prefix of RustDDS to a [`Prefix`]. The parameter is generic because the type in RustDDS is not public.
 pub(crate) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
     of.as_ref().first_chunk().copied().unwrap_or_default()
 }
@@ -44,7 +44,7 @@ pub(crate) type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 pub(crate) struct Peer {
     /// The description of one of the participant's nodes.
     pub name: String,
-    /// The topics on which this process received from the participant.
+    /// The topics on which this process has received messages from the participant.
     pub heard_on: Vec<String>,
     /// Writes a warning to the log of a node that was connected with the participant.
     pub warn: Warn,
@@ -67,9 +67,9 @@ impl Lost {
         Self { domain, on_loopback, is_secured, has_static_peers, participants: HashMap::new(), socket: None }
     }
 
-    /// Adds a participant that was not heard for the duration of its lease, and starts listening for its return. A process with
-    /// static peers cannot detect every return, because announcements may be unicast to RustDDS. So such a process must be restarted
-    /// at once ([`NetworkEnd::Lost`]) if it has received from this participant.
+    /// Adds a participant that was not heard for the duration of its lease, and starts listening for its announcements. A process with
+    /// static peers cannot detect the return of every participant, because this module does not receive unicast announcements. So such
+    /// a process must be restarted at once ([`NetworkEnd::Lost`]) if it has received messages from the participant.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.has_static_peers && !peer.heard_on.is_empty() {
             return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
@@ -116,9 +116,9 @@ impl Lost {
         }
     }
 
-    /// Declares that this process must be restarted ([`NetworkEnd::Deaf`]), because RustDDS no longer receives from the peer that is
-    /// back. Only logs a warning if this process has never received from the peer, or if the graph is secured. Announcements are not
-    /// authenticated in a secured graph, so otherwise anyone could end the process.
+    /// Declares that this process must be restarted ([`NetworkEnd::Deaf`]), because the peer is present again, but RustDDS no longer
+    /// receives from it. If this process has never received messages from the peer, only logs a warning. In a secured graph, also only
+    /// logs a warning: announcements are not authenticated there, so anyone could end this process with a false announcement.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

@@ -6,8 +6,8 @@
 //! do not acknowledge.
 //!
 //! RustDDS also stores received samples for the readers of a participant. For each topic, it stores as many samples as the largest
-//! `max_samples` of the participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and regardless of
-//! their size (`dds_cache.rs`).
+//! `max_samples` of the participant's endpoints on that topic (default 64). RustDDS keeps the samples even after they were taken, and
+//! regardless of their size (`dds_cache.rs`).
 
 use rustdds::policy::ResourceLimits;
 

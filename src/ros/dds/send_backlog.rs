@@ -1,10 +1,10 @@
-//! A writer that drops a message if it would have to wait behind several unsent messages.
+//! A writer that drops a new message if several earlier messages are still unsent.
 //!
-//! RustDDS 0.15.1 cannot remove queued messages, does not report their number, and limits their number only together with
-//! unacknowledged samples (`pubsub.rs`: `backlog_limit = window_limit`). But RustDDS wakes every task that waits for
-//! acknowledgments whenever its thread has sent something (`writer_send_buffer.rs`: `set_sent_frontier`), so this module counts the
-//! messages since the latest wake-up. The `Publisher` of ros2-client does not give access to this wake-up. Delete this module when
-//! RustDDS has a separate limit for unsent messages.
+//! RustDDS 0.15.1 cannot remove queued messages, and does not report their number. Its limit covers unsent and unacknowledged
+//! messages together (`pubsub.rs`: `backlog_limit = window_limit`). But whenever the thread of RustDDS has sent something, RustDDS
+//! wakes all tasks that wait for acknowledgments (`writer_send_buffer.rs`: `set_sent_frontier`). So this module waits for
+//! acknowledgments too, and counts the messages that were queued since it was last woken. The `Publisher` of ros2-client cannot wait
+//! for acknowledgments in this way. Delete this module when RustDDS has a separate limit for unsent messages.
 
 use rustdds::dds::CreateResult;
 use rustdds::no_key::DataWriterCdr;
@@ -16,7 +16,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Wake, Waker};
 
-/// The number of messages that may wait for the thread of RustDDS. A command that is older than three control periods is obsolete.
+/// The number of messages that may wait for the thread of RustDDS. The servo writes one command per control period. So if three
+/// commands wait, the thread has sent nothing for about three control periods, and the commands become obsolete.
 const MOST_WAITING: u32 = 3;
 
 /// The number of messages that were queued since the thread of RustDDS last sent one.
@@ -29,7 +30,7 @@ impl Wake for Waiting {
     }
 }
 
-/// A writer of messages of one type. It can drop a message that would have to wait behind several unsent messages.
+/// A writer of messages of one type. It can drop a new message if [`MOST_WAITING`] earlier messages are still unsent.
 pub(crate) struct InTimeWriter<M: Serialize> {
     inner: DataWriterCdr<M>,
     waiting: Arc<Waiting>,

@@ -1,11 +1,15 @@
 //! Sends the multicast packets of a participant also to the hosts in `ROS_STATIC_PEERS`, which multicast may not reach.
 //!
-//! RustDDS 0.15.1 announces a participant by multicast, and by unicast only to this host. It also prefers multicast for the
-//! endpoints and the data of participants that announce a multicast address. So this module receives the multicast packets of the
-//! participant, and sends them on to the hosts. It sends the announcement to each port that a participant may have on such a host,
-//! without the multicast addresses (`announcement`), so that participants there answer by unicast. It sends all other packets to
-//! the known participants on these hosts. Delete this module when `DomainParticipantBuilder` takes peers and the `dds` test
-//! an_arm_behind_a_router_… passes without the module.
+//! RustDDS 0.15.1 announces a participant by multicast, and by unicast only to this host. If a remote participant announces a
+//! multicast address, RustDDS also sends it data and descriptions of endpoints by multicast. So this module receives the multicast
+//! packets of our participant, and sends them on to the hosts:
+//!
+//! - It sends the announcement to each port that a participant may have on such a host. First it removes the multicast addresses
+//!   from the announcement (`announcement`), so that participants there answer by unicast.
+//! - It sends all other packets to the known participants on these hosts.
+//!
+//! Delete this module when `DomainParticipantBuilder` takes peers and the `dds` test an_arm_behind_a_router_… passes without the
+//! module.
 
 use super::announcement::{self, SENDER};
 use super::own_datagrams::{OwnDatagrams, addresses};
@@ -39,7 +43,7 @@ const PATIENCE: Duration = Duration::from_secs(15);
 /// The length of the largest message \[bytes\].
 const LARGEST: usize = 65_536;
 
-/// The hosts in `ROS_STATIC_PEERS`, and the sockets that receive the packets for them.
+/// The hosts in `ROS_STATIC_PEERS`, and the sockets for the packets that this module sends on to these hosts.
 pub(crate) struct StaticPeers {
     names: Vec<String>,
     domain: u16,
@@ -160,7 +164,7 @@ const WITHOUT_MULTICAST: &str = "ROS_STATIC_PEERS has no effect: no network inte
                                  takes what it tells them";
 
 impl Peers {
-    /// Collects the participants that RustDDS knows on these hosts.
+    /// Updates the addresses of the participants on these hosts from the readers that RustDDS has discovered.
     fn look(&mut self, participant: &DomainParticipant) {
         let readers = participant.discovered_readers().into_iter();
         let all = readers.flat_map(|reader| addresses(reader.reader_proxy.unicast_locator_list));

@@ -93,7 +93,7 @@ pub enum Override {
     },
     /// A parameter file on the command line: `--params-file`.
     File(PathBuf),
-    /// A value that the program itself gives. ROS 2 has no such source.
+    /// A value that this program sets without a command-line argument. Other ROS 2 nodes do not have this source.
     Value {
         /// The only node to which the value applies; `None` for all nodes.
         node: Option<&'static str>,
@@ -102,7 +102,7 @@ pub enum Override {
         /// The value.
         value: Value,
     },
-    /// A built-in parameter file. ROS 2 has no such source.
+    /// A parameter file that is built into this program. Other ROS 2 nodes do not have this source.
     Builtin {
         /// The file's name.
         name: &'static str,

@@ -68,8 +68,8 @@ fn guid(gid: &impl AsRef<[u8]>) -> [u8; 16] {
     gid.as_ref().first_chunk().copied().unwrap_or_default()
 }
 
-/// Decodes a value of type `V` from `cdr`. Up to three remaining bytes are padding. Returns `None` if more bytes remain, because
-/// then the GIDs in `cdr` are longer than those of `V`.
+/// Decodes a value of type `V` from `cdr`. Ignores up to three bytes of padding at the end. If more bytes remain, the GIDs in `cdr`
+/// are longer than those of `V`; then this function returns `None`.
 fn whole<V: DeserializeOwned>(cdr: &[u8]) -> Option<V> {
     let (header, payload) = cdr.split_first_chunk()?;
     let (value, used) = decode_payload(*header, payload).ok()?;
@@ -153,7 +153,7 @@ pub(super) fn announcements(dds: &DomainParticipant) -> Result<Announcements, Ro
     reader().map_err(|why| RosError::create(TOPIC_NAME)(&why))
 }
 
-/// Finds the name of the node that owns an endpoint. Nodes that no participant has announced have no name here.
+/// The names of the nodes that own the endpoints in the graph, as far as participants have announced them.
 #[derive(Clone, Default)]
 pub struct EndpointNames {
     state: Arc<Mutex<State>>,

@@ -41,7 +41,7 @@ pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
     pub matches: Matches,
     pub names: EndpointNames,
-    /// Sends packets that RustDDS does not send; `None` in a secured graph, or if the socket could not be opened.
+    /// Sends packets for the workarounds for RustDDS; `None` in a secured graph, or if the socket could not be opened.
     pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 
@@ -65,7 +65,8 @@ impl Endpoints {
         Ok(publisher)
     }
 
-    /// Creates a publisher for messages that soon become obsolete. ros2-client does not announce this publisher as the node's.
+    /// Creates a publisher for messages that soon become obsolete. ros2-client does not announce this publisher as an endpoint of the
+    /// node.
     pub fn publisher_in_time<M: Serialize>(&self, plan: &Plan) -> Result<InTimeWriter<M>, RosError> {
         let publisher =
             InTimeWriter::new(&self.domain.dds, &self.topic(plan)?).map_err(refused(&plan.name))?;
@@ -84,7 +85,7 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// Creates a subscription to messages of any type. ros2-client does not announce this subscription as the node's.
+    /// Creates a subscription to messages of any type. ros2-client does not announce this subscription as an endpoint of the node.
     pub fn raw_subscription(
         &self,
         plan: &Plan,

@@ -30,7 +30,7 @@ pub struct Environment {
     pub reach: Reach,
     /// Addresses or names of hosts that discovery must also reach without multicast.
     pub static_peers: Vec<String>,
-    /// Names or addresses of the network interfaces to use; empty: those that the program chooses.
+    /// Names or addresses of the network interfaces to use. If the list is empty, the program chooses the interfaces.
     pub interfaces: Vec<String>,
     /// The folder with the keys and permissions of a secured run; `None` for a run without security.
     pub enclave: Option<PathBuf>,

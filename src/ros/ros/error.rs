@@ -55,7 +55,7 @@ pub enum RosError {
         /// The middleware's message.
         why: String,
     },
-    /// The middleware refused to create something that the permissions of the node's enclave lack.
+    /// The middleware refused to create something, because the permissions of the node's enclave do not allow it.
     #[error("DDS could not create {what}: {why} (the permissions of its enclave do not have it)")]
     NotPermitted {
         /// What could not be created.

@@ -93,8 +93,8 @@ impl Node {
         self.publisher_as(contract.topic::<M>(topic, Direction::Out)?, topic)
     }
 
-    /// Creates a publisher on `topic` with the type and QoS of `entry`, even if `entry` describes a subscription. A program uses this
-    /// to publish to the node that subscribes.
+    /// Creates a publisher on `topic` with the type and QoS of `entry`, even if `entry` describes a subscription. So a program can
+    /// publish to a node whose contract contains `entry`.
     ///
     /// # Errors
     /// [`RosError`].
@@ -108,7 +108,7 @@ impl Node {
     }
 
     /// Creates a publisher on a topic of the contract, for messages that soon become obsolete: see [`Publisher::publish_in_time`].
-    /// ros2-client does not announce this publisher as the node's.
+    /// ros2-client does not announce this publisher as an endpoint of the node.
     ///
     /// # Errors
     /// [`RosError`].
@@ -177,8 +177,8 @@ impl Node {
         Ok(subscription)
     }
 
-    /// Creates a subscription to `topic` with the type and QoS of `entry`, even if `entry` describes a publisher. A program uses this
-    /// to receive from the node that publishes.
+    /// Creates a subscription to `topic` with the type and QoS of `entry`, even if `entry` describes a publisher. So a program can
+    /// receive from a node whose contract contains `entry`.
     ///
     /// # Errors
     /// [`RosError`].

@@ -168,8 +168,8 @@ impl Current {
         self.store.iter().map(|(declared, value)| parameter(declared.name, value)).collect()
     }
 
-    /// Returns the stamp for the next set of parameters: the current time, or 1 ns after the previous stamp if the clock is not past
-    /// it. So each set of parameters has its own stamp.
+    /// Returns the stamp for the next set of parameters. This is the current time, if it is later than the previous stamp. Otherwise
+    /// it is 1 ns after the previous stamp. So each set of parameters has its own stamp.
     fn next_stamp(&self) -> Time {
         let now = Time::now();
         if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
@@ -186,7 +186,8 @@ const SUGGESTIONS: usize = 16;
 /// The largest total length of the reasons in one reply \[bytes\]. Clients on Cyclone hang if a reply is longer than 64 kB.
 const REASONS: usize = 32_000;
 
-/// Shortens the results so that they fit into a reply: "…" replaces each reason for which [`REASONS`] leaves no room.
+/// Limits the total length of the reasons to [`REASONS`], so that the results fit into a reply. Replaces each reason that would
+/// exceed the limit by "…".
 fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
     let mut room = REASONS;
     results

@@ -54,8 +54,9 @@ impl Resolver {
         self.node.fully_qualified().trim_start_matches('/').replace('/', ".")
     }
 
-    /// Returns the level that the command line gives the node's logger. If it gives none, returns the level of the nearest logger
-    /// above the node's logger; `None` if no logger above has a level. If a logger has several levels, the latest counts.
+    /// Returns the log level that the command line sets for the node's logger. If the command line does not set this level, the
+    /// level of the closest parent logger applies, for example that of `left` for `left.dq_servo`. `None` if no parent has a level.
+    /// If the command line sets the level of a logger several times, the last value counts.
     pub(super) fn log_level(&self) -> Option<LogLevel> {
         let logger = self.logger();
         let has_it = |above: &str| {

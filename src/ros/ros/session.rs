@@ -36,7 +36,8 @@ pub struct Session {
     /// Warnings that no node has logged yet.
     warnings: Arc<Mutex<UnboundedReceiver<String>>>,
     _participating: Participating,
-    /// The task that sends to the static peers. This field is dropped after the participant.
+    /// The task that sends to the static peers. This field must be dropped after the participant, so that the task still sends the
+    /// participant's last messages.
     _static_peers: Option<ServedPeers>,
 }
 
@@ -177,8 +178,8 @@ fn interfaces(environment: &Environment) -> Choice {
     }
 }
 
-/// Begins to receive the packets for the static peers. Returns `None` if there are no static peers, or if no packets can be
-/// received.
+/// Opens the sockets of [`StaticPeers`]. Returns `None` if there are no static peers. Also returns `None` after a warning, if the
+/// sockets cannot be opened.
 fn static_peers(environment: &Environment, warn: impl Fn(String)) -> Option<StaticPeers> {
     let Environment { domain_id, static_peers, .. } = environment;
     let listening = (!static_peers.is_empty()).then(|| StaticPeers::listen(*domain_id, static_peers.clone()));
@@ -262,8 +263,8 @@ mod tests {
         wait_until(false).await;
     }
 
-    /// Runs a peer: a node of another vendor's DDS that announces itself with GIDs of `length` bytes. Returns our description of
-    /// the peer's publisher, the peer's output that says whether it knows our node, and our warnings.
+    /// Runs a node on another vendor's DDS that announces itself with GIDs of `length` bytes. Returns three results: the description
+    /// of this node's publisher in our session, the word `known` or `unknown` from this node about our node, and our warnings.
     async fn meet(length: usize) -> (String, String, Vec<String>) {
         let session = session();
         // The test holds this lock, so the node does not take the warnings.

@@ -77,8 +77,9 @@ impl<M: Message> Publisher<M> {
         Self { inner, publishing: Publishing { guid, topic, dropped: AtomicU64::new(0), matches } }
     }
 
-    /// Queues a message for all readers. If a frozen reader leaves no room, the message is dropped and counted. Unless the
-    /// publisher is latched, it does not keep the [`Arc`]. The caller can then write its next message into the same [`Arc`].
+    /// Queues a message for all readers. If a frozen reader has left too many earlier messages unacknowledged, the message is
+    /// dropped and counted. A publisher that is not latched does not keep the [`Arc`], so the caller can write its next message into
+    /// the same [`Arc`].
     pub fn publish(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write);
     }
@@ -98,7 +99,7 @@ impl<M: Message> Publisher<M> {
         self.dropped.fetch_add(u64::from(!queued), Ordering::Relaxed);
     }
 
-    /// Queues the message that `make` creates if there are subscribers. Otherwise does nothing, so that RustDDS's thread is not woken.
+    /// If there are subscribers, queues the message that `make` creates. Otherwise does nothing, so that RustDDS's thread is not woken.
     pub fn publish_if_heard(&self, make: impl FnOnce() -> M) {
         if self.readers() > 0 {
             self.publish(make());
@@ -288,8 +289,8 @@ impl<M: Message> Subscription<M> {
         )
     }
 
-    /// Takes messages as [`each`](Self::each) does. Decodes each message into the memory of the previous one (`place`). Messages
-    /// with lists of the same lengths cause no allocations.
+    /// Does the same as [`each`](Self::each), but decodes each message into the memory of the previous message, which is in `place`.
+    /// So messages whose lists have the same lengths cause no allocations.
     pub fn each_over(&self, place: &mut M, mut take: impl FnMut(&M, &Origin)) -> Vec<String>
     where
         M: InPlace,

@@ -1,9 +1,9 @@
 //! Environment variables that choose the middleware or its peers, but that this program does not obey.
 
-/// Parts of the names of middleware that uses DDS.
+/// The names of the implementations of DDS that can occur in the value of `RMW_IMPLEMENTATION`. Other middleware does not use DDS.
 const DDS: [&str; 4] = ["fastrtps", "cyclonedds", "connext", "gurumdds"];
 
-/// Variables that this program does not obey, each with the consequence.
+/// Variables that this program does not obey, each with the consequence for users who set it.
 const UNREAD: [(&str, &str); 5] = [
     ("ROS_DISCOVERY_SERVER", SERVER),
     ("ROS2_EASY_MODE", SERVER),
