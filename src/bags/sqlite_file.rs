@@ -249,7 +249,7 @@ fn read_rows(
 /// The ending of the name of a database's write-ahead log.
 const LOG: &str = "-wal";
 
-const LOG_IS_MISSING: &str = "it was written with a write-ahead log, and that is not beside it (its name, ending in -wal): what was only in that is missing";
+const LOG_IS_MISSING: &str = "its write-ahead log is missing (the same name, ending in -wal): the messages that were only in the log are lost";
 
 /// The file name of the copy of a database.
 const COPY: &str = "bag.db3";

@@ -160,8 +160,8 @@ impl StaticPeers {
 }
 
 /// The warning if no packet of our own participant is received.
-const WITHOUT_MULTICAST: &str = "ROS_STATIC_PEERS has no effect: no network interface of this host has multicast, from which this program \
-                                 takes what it tells them";
+const WITHOUT_MULTICAST: &str =
+    "ROS_STATIC_PEERS has no effect: it needs a network interface with multicast, and this host has none";
 
 impl Peers {
     /// Updates the addresses of the participants on these hosts from the readers that RustDDS has discovered.
