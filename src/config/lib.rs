@@ -1,61 +1,7 @@
-//! The parameters of the nodes: a field declares each parameter, with unit, range, default and description.
-//!
-//! [`Servo::for_arm`](ForArm::for_arm) creates the servo of a built-in arm, and [`ServoParameters::from_urdf`] the parameters for
-//! a robot description. For other limits, another law, other gains, another control period or an arm of DH rows, use
-//! [`ServoParameters`]:
-//!
-//! ```
-//! use dq_kinematics::arm::{Chain, Convention, DhRow};
-//! use dq_config::ServoParameters;
-//! use dq_kinematics::control::Law;
-//! use dq_core::servo::Interface;
-//! use std::time::Duration;
-//! let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
-//! let chain = Chain::new(Convention::StandardDh, &[row(0.5), row(0.25)])?;
-//! let (velocity, acceleration) = ([2.0, 2.0], [10.0, 10.0]); // [rad/s], [rad/s²]
-//! let parameters = ServoParameters::for_chain(chain, &velocity, &acceleration)?
-//!     .with(|settings| {
-//!         settings.controller.law = Law::DoubleGeodesic;
-//!         settings.controller.set_gains(Law::DoubleGeodesic, [2.0, 3.0]);
-//!         settings.limits.linear_speed = 0.5; // [m/s]
-//!         settings.interface = Interface::Position;
-//!     })
-//!     .with_period(Duration::from_millis(4));
-//! assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
-//! let servo = parameters.build()?;
-//! assert_eq!(servo.settings().goal_tolerance.linear, 0.001); // [m], the default
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
-//!
-//! A node gets its parameters from files and arguments:
-//!
-//! ```
-//! use dq_config::{NodeParameters, ServoParameters};
-//! use dq_params::FileParameters;
-//! let text = "
-//! dq_servo:
-//!   ros__parameters:
-//!     joints: [shoulder, elbow]
-//!     base_frame: base
-//!     tool_frame: hand
-//!     arm: {convention: standard_dh, alpha: [0.0, 0.0], a: [0.5, 0.25], d: [0.0, 0.0]}
-//!     limits: {joint_velocity: [2.0, 2.0], joint_acceleration: [10.0, 10.0]}
-//!     gains: {logc: [2.0, 3.0]}
-//! ";
-//! let given = FileParameters::read(text, "planar.yaml", "/dq_servo")?.given;
-//! let (store, warnings) = ServoParameters::start("/dq_servo", given)?;
-//! assert!(warnings.is_empty());
-//! let servo = ServoParameters::from_store(&store)?.build()?;
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
-
-// Runs the example in the README as a doctest.
-#[cfg(doctest)]
-#[doc = include_str!("README.md")]
-mod readme {}
 
 mod arms;
 mod common;
