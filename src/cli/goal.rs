@@ -22,7 +22,7 @@ use std::time::Duration;
 /// Send the arm to a pose, or its joints to positions, and wait until it has arrived
 #[derive(clap::Args)]
 pub(super) struct Goal {
-    /// Position [m], and the orientation as a quaternion unless an option gives it
+    /// Position [m], then the orientation as a quaternion. Leave out the quaternion with --rpy or --keep-orientation
     #[arg(num_args = 3..=7, required_unless_present = "joints", allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
     pose: Vec<f64>,
     /// Orientation as roll, pitch and yaw about the fixed axes of the frame [rad]

@@ -61,8 +61,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Returns true if `report` shows that this goal is in force, or may still come into force unless someone stops the servo. Returns
-    /// false if the goal is no longer in force, or can no longer come into force. Returns `None` if the report does not show this yet.
+    /// Returns true if a stop would withdraw this goal: `report` shows that the goal is in force, or that it may still wait for its
+    /// frame. Returns false if the goal has ended or has expired. Returns `None` if neither is known yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);

@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 pub(super) struct Status {
     #[command(flatten)]
     targets: Targets,
-    /// Print a JSON list with every figure of ~/status
+    /// Print a JSON list with every value of ~/status
     #[arg(long)]
     json: bool,
 }

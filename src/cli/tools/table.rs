@@ -12,7 +12,8 @@ const WIDTH: u16 = 80;
 /// The columns that contain names. All other columns contain numbers, which are right-aligned and never wrapped.
 const NAMES: [&str; 2] = ["run", "law"];
 
-/// Creates a table without lines, with these column names. If stdout is a terminal, names are wrapped so that the table fits into it.
+/// Creates a table with these column names, and without ruling lines. If stdout is a terminal, wraps the names in the columns
+/// [`NAMES`], so that the table fits into the terminal.
 pub(super) fn table<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
     let terminal = tcgetwinsize(stdout()).ok().map(|size| size.ws_col.max(WIDTH));
     table_in(terminal, header)
@@ -70,7 +71,7 @@ pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> 
     table([before, &heads(joints), after].concat())
 }
 
-/// Returns the metrics of a motion as cells.
+/// Returns the metrics of a motion as table cells, in the order of the [`heads`].
 pub(super) fn figures(figures: &Figures) -> [String; 9] {
     let known =
         |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };

@@ -202,7 +202,7 @@ impl ViewerNode {
         Ok(Self { peer, tasks: tokio::spawn(runner.run(tasks)), _session: session })
     }
 
-    /// Leaves the graph after all tasks have ended. First drops the peer, so that no new requests arrive.
+    /// Drops the peer, so that no new requests arrive. Then waits until all tasks have ended, and leaves the graph.
     async fn leave(self) {
         let Self { peer, tasks, _session } = self;
         drop(peer);

@@ -30,9 +30,10 @@ pub struct Counts {
     pub settled: [usize; 2],
     /// The number of tasks that settle under the first condition only, and under the second only.
     pub alone: [usize; 2],
-    /// The number of tasks that settle under each condition without a motion in which the arm passed through itself.
+    /// The number of tasks under each condition that settle, and in which the arm does not pass through itself.
     pub past_itself: [usize; 2],
-    /// How the first task ended under each condition. A later version of this program can compare its results with it.
+    /// How the first task ended under each condition. A later version of this program can repeat this task, and check that the
+    /// result is the same.
     pub sample: Option<[End; 2]>,
 }
 

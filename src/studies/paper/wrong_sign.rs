@@ -57,7 +57,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
     Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
 }
 
-/// How far the tool is from the goal at which it started, at one time.
+/// The distance and the angle between the tool and the goal at one time. The tool started at the goal.
 struct Away {
     /// The time since the start \[s\].
     time: f64,
