@@ -164,7 +164,10 @@ impl Search {
     }
 }
 
-/// Rejects `name`, the name of a node, if it is the name of a parameter: the user has left out the node.
+/// Checks `name`, the argument that names the node. It is the name of a parameter if the user has left out the node.
+///
+/// # Errors
+/// [`Usage`] if `name` is one of the node's `parameters`.
 pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
     match parameters.contains(&name) {
         true => Err(Usage(format!(

@@ -42,7 +42,8 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
     table
 }
 
-/// Returns the column names of the metrics of a motion, in the order of [`figures`]. The arms have joints of these kinds.
+/// Returns the column names of the metrics of a motion, in the order of [`figures`]. The kinds of the joints decide the units of
+/// speed and effort.
 fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
     {
@@ -66,7 +67,8 @@ fn heads(joints: &[JointKind]) -> [&'static str; 9] {
 /// The column of the time at which the goal's tolerances were met.
 pub(super) const AT_GOAL: &str = "at\ngoal\ns";
 
-/// Creates a table of motions. The arms have joints of these kinds. The columns of the metrics are between `before` and `after`.
+/// Creates a table of motions of arms with these kinds of joints. The columns of the metrics are between the columns `before` and
+/// the columns `after`.
 pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> Table {
     table([before, &heads(joints), after].concat())
 }

@@ -18,8 +18,8 @@ const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
 const HOLDS: f64 = 95.0;
 /// Number of tasks of each arm on which an age is tried first. If their result is in doubt (see [`NO_DOUBT`]), all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The quantile of the normal distribution for a confidence interval (p < 1e-4). The result of the [`FIRST`] tasks is in doubt if
-/// its confidence interval with this quantile contains 95 %.
+/// The result of the [`FIRST`] tasks is in doubt if its confidence interval contains 95 %. This is the quantile of the normal
+/// distribution for that interval (p < 1e-4).
 const NO_DOUBT: f64 = 4.0;
 
 /// The largest acceptable age of joint states for a law. An age is acceptable if at least 95 % of the tasks still settle.

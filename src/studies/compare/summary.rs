@@ -76,7 +76,7 @@ impl Key {
         Self::new(matched, law, arm, limits, FRESH)
     }
 
-    /// Creates the key of the cell to which `record` belongs, for `arm` or for `all` arms.
+    /// Creates the key of the cell to which `record` belongs. `arm` is the name of its arm, or [`ALL_ARMS`].
     pub(super) fn of(record: &Record, arm: &str) -> Self {
         let [matched, law, arm, plant] =
             [&record.matched, &record.law, arm, &record.plant].map(str::to_owned);
@@ -91,7 +91,7 @@ impl Key {
     }
 }
 
-/// The name for all arms together.
+/// The name that stands for all arms together.
 pub const ALL_ARMS: &str = "all";
 
 /// The results of all runs under the same conditions.

@@ -74,7 +74,7 @@ pub struct SwitchFindings {
     pub seed: u64,
     /// The gains of each law.
     pub gains: Vec<Gain>,
-    /// The results of each law on each arm: first with the first value of the parameter, then with the second.
+    /// The results of each law on each arm. The two numbers of a pair are for the first and for the second value of the parameter.
     pub cells: Vec<Counts>,
 }
 
