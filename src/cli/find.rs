@@ -167,7 +167,7 @@ impl Search {
 /// Checks `name`, the argument that names the node. It is the name of a parameter if the user has left out the node.
 ///
 /// # Errors
-/// [`Usage`] if `name` is one of the node's `parameters`.
+/// [`Usage`] if `name` is one of `parameters`, the names of all parameters.
 pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
     match parameters.contains(&name) {
         true => Err(Usage(format!(

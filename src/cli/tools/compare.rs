@@ -1,4 +1,4 @@
-//! `dq_servo compare`: the laws compared on many arms, tasks and plants, offline.
+//! `dq_servo compare`: compares the laws on many arms, tasks and plants. Does not join a ROS graph.
 
 use super::figure_width::FigureWidth;
 use super::progress::Progress;

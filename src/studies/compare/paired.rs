@@ -17,7 +17,7 @@ pub struct End {
     pub words: String,
 }
 
-/// The numbers of tasks of one law on one arm that settle under two conditions.
+/// The numbers of tasks that settle with one law on one arm, under each of two conditions.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Counts {
     /// The name of the law.
@@ -62,7 +62,7 @@ impl Paired {
         [0, 1].map(|way| self.tasks.iter().filter(alone(way)).count())
     }
 
-    /// Returns the numbers of this comparison.
+    /// Counts the tasks that settle.
     pub fn summary(&self) -> Counts {
         Counts {
             law: self.law.clone(),

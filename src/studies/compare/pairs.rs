@@ -116,9 +116,13 @@ impl Interval {
     }
 }
 
-/// Makes all comparisons. Compares every pair of laws on all arms together, with gains for equal settling time. Compares each law
-/// with the study's [baseline](Study::baseline) on each arm, and on all arms with gains for equal peak speed. Adjusts the p-values
-/// of all these comparisons and of the comparisons `more` together.
+/// Makes all comparisons, without and with the servo's limits:
+///
+/// - every pair of laws on all arms together, with gains for equal settling time,
+/// - each law and the study's [baseline](Study::baseline) on all arms together, with gains for equal peak speed,
+/// - each law and the baseline on each arm, with gains for equal settling time: only the percentage of tasks that settle.
+///
+/// Adds the comparisons `more`, and adjusts the probabilities of all comparisons together.
 pub(super) fn comparisons(study: &Study, summary: &Summary, more: Vec<Comparison>) -> Vec<Comparison> {
     let (laws, baseline) = (&study.laws, study.baseline());
     let all_quantities = [&[Quantity::Settled][..], &FIGURES].concat();
@@ -150,7 +154,7 @@ pub(super) fn comparisons(study: &Study, summary: &Summary, more: Vec<Comparison
     all
 }
 
-/// Compares two laws on the same tasks. The probability is not adjusted for other comparisons. Returns `None` if there are no tasks
+/// Compares two laws on the same tasks. Does not adjust the probability for other comparisons. Returns `None` if there are no tasks
 /// to compare.
 pub(super) fn compared(
     quantity: Quantity,
@@ -163,9 +167,10 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Compares two laws task by task. Returns the number of tasks compared, the numbers of tasks in which the first and the second law
-/// have the larger value, and the difference. For the percentage of settled tasks, it compares all tasks; for other quantities, the
-/// tasks that settle under both laws. Returns `None` if there are no such tasks.
+/// Compares two laws task by task. Returns [`Comparison::pairs`], [`Comparison::more`] and [`Comparison::difference`].
+///
+/// [`Quantity::Settled`] is compared on all tasks, any other quantity on the tasks that settle under both laws. Returns `None` if
+/// there are no such tasks.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

@@ -12,15 +12,15 @@ pub struct Metrics {
     /// The metrics that [`MotionMeter`] computes.
     #[serde(flatten)]
     pub figures: Figures,
-    /// The time from which each joint stays within 2 % of its position at the goal. `None` if the joint does not stay there, or if
-    /// its position at the goal is 0.
+    /// The time from which each joint stays within 2 % of its position at the goal \[s\]. `None` if the joint does not stay there,
+    /// or if its position at the goal is 0.
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
-    /// The distance from start to goal.
+    /// The distance from start to goal \[m\].
     pub distance_m: f64,
     /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular value
     /// in `figures` is set to 0. The samples alone do not show this value, because no sample is exactly at the singularity.
     pub singularity_crossed: bool,
-    /// When the determinant changed its sign, to the accuracy of a sample.
+    /// The times at which the determinant changed its sign \[s\]: for each change, the time of the first sample after it.
     pub singularities_crossed_s: Vec<f64>,
     /// The final error of each joint as a percentage of its position at the goal; `None` if its position at the goal is 0.
     pub joint_error_percent: Vec<Option<f64>>,

@@ -9,7 +9,7 @@ use nalgebra::{Vector3, Vector6};
 use serde::Serialize;
 use std::time::Duration;
 
-/// The motion. The time between samples is [`INTERVAL`](super::INTERVAL).
+/// The motion of logc in task space. The time between samples is [`INTERVAL`](super::INTERVAL).
 #[derive(Clone, Debug)]
 pub struct TaskSpaceLogc {
     /// The times of the samples \[s\].
