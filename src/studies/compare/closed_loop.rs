@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// The time after which a loop that has not settled counts as failed.
 pub const HORIZON: Duration = Duration::from_secs(10);
-/// A loop counts as settled once it has stayed within the 2 % band for this time.
+/// A loop ends as settled once its errors have stayed below 2 % of their initial values for this time.
 const DWELL: Duration = Duration::from_millis(500);
 /// The length of the last part of a loop. If the loop fails, its behavior in this part decides how the failure is classified.
 const LAST: Duration = Duration::from_secs(1);
