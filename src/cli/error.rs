@@ -103,7 +103,7 @@ pub(super) struct Incomplete {
 #[error("{0}: start this program again")]
 pub(super) struct NetworkLost(pub NetworkEnd);
 
-/// The hint for an enclave that lacks a permission. Usually an earlier version made the enclave.
+/// The hint for an enclave that lacks a permission. In most cases, the enclave comes from an earlier version of this program.
 const OLD_ENCLAVE: &str = "; launch_scripts/dq_servo_keystore.sh replaces an enclave of an earlier version once its folder is removed";
 
 impl Error {

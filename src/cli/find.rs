@@ -7,13 +7,13 @@ use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Sessi
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// The time to wait for the first node, and for each answer.
+/// The longest time to wait for the first node, and for each reply of a node.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The time to search for further nodes after one node was found.
 const MORE: Duration = Duration::from_secs(1);
 
-/// Which nodes a command is for.
+/// The arguments that name the nodes of a command.
 #[derive(clap::Args)]
 pub(super) struct Targets {
     /// The node; by default every one in this namespace (--ros-args -r __ns:=/left for another)
@@ -80,7 +80,7 @@ pub(super) struct Search {
 }
 
 impl Search {
-    /// Begins the search for `targets` with a node called `name`.
+    /// Starts a node called `name`, with which to search for `targets`.
     pub fn begin(name: &str, kind: Kind, targets: &Targets, ros_args: &RosArgs) -> super::Result<Self> {
         let names = Resolver::new(name, ros_args)?;
         let only = targets.node.as_ref().map(|node| names.service(node)).transpose()?;
@@ -105,8 +105,8 @@ impl Search {
         })
     }
 
-    /// Returns the name of the next node that is found. Returns `None` once the only requested node was found, or once no further
-    /// node has appeared for [`MORE`].
+    /// Waits for the next target, and returns its name. Returns `None` once the only requested node has been returned, or once no
+    /// further target has appeared for [`MORE`].
     ///
     /// # Errors
     /// An error if no node is found.
@@ -164,7 +164,10 @@ impl Search {
     }
 }
 
-/// Rejects `name`, the name of a node, if it is the name of a parameter: the user has left out the node.
+/// Checks `name`, the argument that names the node. It is the name of a parameter if the user has left out the node.
+///
+/// # Errors
+/// [`Usage`] if `name` is one of `parameters`, the names of all parameters.
 pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
     match parameters.contains(&name) {
         true => Err(Usage(format!(

@@ -22,7 +22,7 @@ use std::time::Duration;
 /// Send the arm to a pose, or its joints to positions, and wait until it has arrived
 #[derive(clap::Args)]
 pub(super) struct Goal {
-    /// Position [m], and the orientation as a quaternion unless an option gives it
+    /// Position [m], then the orientation as a quaternion. Leave out the quaternion with --rpy or --keep-orientation
     #[arg(num_args = 3..=7, required_unless_present = "joints", allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
     pose: Vec<f64>,
     /// Orientation as roll, pitch and yaw about the fixed axes of the frame [rad]
@@ -158,7 +158,7 @@ impl Goal {
         Ok(([self.pose[0], self.pose[1], self.pose[2]], orientation))
     }
 
-    /// Returns the names of this command's node, which is in the servo's namespace, and the name of the servo there.
+    /// Returns the names for a node of this command in the servo's namespace, and the name of the servo in this namespace.
     fn names(&self, kind: ServoKind, ros_args: &RosArgs) -> super::Result<(Resolver, String)> {
         const NAME: &str = "dq_servo_goal";
         let names = Resolver::new(NAME, ros_args)?;
@@ -215,7 +215,10 @@ impl Goal {
     }
 }
 
-/// Returns the tool's present pose.
+/// Returns the next pose of the tool that the servo publishes.
+///
+/// # Errors
+/// [`NotArrived::NoRobot`] if the servo publishes no pose within [`PATIENCE`].
 async fn tool_pose(
     node: &mut Node,
     kind: ServoKind,

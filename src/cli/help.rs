@@ -99,8 +99,8 @@ fn parameter(declared: &Declaration) -> String {
 const ROS_SWITCHES: [&str; 8] =
     ["-p", "--param", "-r", "--remap", "-e", "--enclave", "--params-file", "--log-level"];
 
-/// Describes an error in the command line in one line: the error, a suggestion, and how to get help. `path` is the program with the
-/// recognized subcommands; `arguments` are its arguments.
+/// Describes an error in the command line in one line: the error, a suggestion, and how to get help. `path` is the name of the
+/// program, followed by the recognized subcommands. `arguments` are all arguments of the program.
 pub(super) fn usage(mistake: &clap::Error, path: &str, arguments: &[String]) -> Usage {
     if let Some(switch) = arguments.iter().find(|argument| ROS_SWITCHES.contains(&argument.as_str())) {
         return Usage(format!("ROS arguments come after --ros-args: {path} ... --ros-args {switch} ..."));

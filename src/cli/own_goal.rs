@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 /// The command gives up if the servo has not driven the arm toward the goal for this long, for example because the servo is paused.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The longest time until the servo accepts or rejects a goal message. After this time, the message is lost. A goal waits for its
-/// frame for at most 2 s.
+/// The longest time until the servo accepts or rejects a goal message: a goal waits for its frame for at most 2 s. If there is no
+/// response within this time, the message is lost.
 const TO_BE_TAKEN: Duration = Duration::from_millis(2500);
 
 /// A goal message to which there is no response is sent again after this time, because messages can be lost.
@@ -26,7 +26,7 @@ pub(super) struct OwnGoal {
     number: Option<u64>,
     /// The time at which the servo last drove the arm.
     driven: Instant,
-    /// The time at which the servo last reported this goal.
+    /// The time at which the servo last reported this goal; `None` if it has not reported the goal yet.
     had: Option<Instant>,
 }
 
@@ -61,8 +61,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Returns true if `report` shows that this goal is in force, or may still come into force unless someone stops the servo. Returns
-    /// false if the goal is no longer in force, or can no longer come into force. Returns `None` if the report does not show this yet.
+    /// Returns true if a stop would withdraw this goal: `report` shows that the goal is in force, or that it may still wait for its
+    /// frame. Returns false if the goal has ended or has expired. Returns `None` if neither is known yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);

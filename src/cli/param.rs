@@ -156,7 +156,8 @@ impl Param {
     }
 }
 
-/// Returns the error `why`. If the node `target` is not running, the error names the running nodes of this program.
+/// Returns the error `why`. If `why` is the failure of a service call and the node `target` is not running, adds the names of the
+/// servos and simulated arms that are running.
 fn explain(why: Error, node: &Node, target: &str) -> Error {
     let is_there = node.services().contains(&format!("{target}/list_parameters"));
     if is_there || !matches!(why, Error::Ros(RosError::Service { .. })) {

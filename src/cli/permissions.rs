@@ -121,8 +121,8 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds the permissions to get and set the parameters of the node. Also adds the permission to read `~/parameters`, which has
-    /// the values that are too long for a reply.
+    /// Adds the permissions to get and set the parameters of the node. Also adds the permission to subscribe to `~/parameters`,
+    /// on which the node publishes the values that are too long for a service reply.
     fn sets_parameters(&mut self, node: &OurNode) -> super::Result<()> {
         for service in OF_EVERY_NODE {
             self.calls(&node.names.service(service)?);

@@ -10,8 +10,8 @@ use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
-/// Runs a servo, for one arm or two depending on its parameters. A signal ends the servo with the arm at rest. A second signal ends
-/// it at once.
+/// Runs a servo for one arm or for two arms, depending on its parameters. At a signal, the servo brings the arm to rest and ends. At
+/// a second signal, it ends at once.
 pub(super) async fn servo<P: NodeParameters>(ros_args: &RosArgs) -> super::Result<()>
 where
     Prepared<ServoParameters>: From<Prepared<P>>,
@@ -73,7 +73,8 @@ pub(super) async fn plant(ros_args: &RosArgs) -> super::Result<()> {
     until(&mut signals, || session.is_alone(), cycle).await
 }
 
-/// Runs the guard of one arm. A signal ends the guard once the arm is no longer commanded to move. A second signal ends it at once.
+/// Runs the guard of one arm. After a signal, the guard ends once the arm is no longer commanded to move. At a second signal, it
+/// ends at once.
 pub(super) async fn guard(ros_args: &RosArgs) -> super::Result<()> {
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<GuardParameters>(&mut signals, ros_args).await? else {
@@ -90,8 +91,10 @@ pub(super) async fn guard(ros_args: &RosArgs) -> super::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network. The process does not use an
-/// address that this host gets after the start of the process. Such an address is an error too while `waits` returns true.
+/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network.
+///
+/// If this host gets an address after the start of the process, the process does not use this address, and so may not find the
+/// robot. While `waits` returns true, a new address is an error too.
 pub(super) async fn until(
     signals: &mut Signals,
     waits: impl Fn() -> bool,

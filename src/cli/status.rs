@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 pub(super) struct Status {
     #[command(flatten)]
     targets: Targets,
-    /// Print a JSON list with every figure of ~/status
+    /// Print a JSON list with every value of ~/status
     #[arg(long)]
     json: bool,
 }
@@ -47,7 +47,7 @@ impl Status {
     }
 }
 
-/// Returns a line of text with the law, the servo's state as a sentence, and the goal.
+/// Returns a line of text with the law, a sentence about the servo's state, and the goal.
 fn line(status: &DiagnosticStatus) -> String {
     let Some(report) = StatusReport::from_message(status) else { return status.message.clone() };
     let numbers = |goal: PoseNumbers| goal.map(|number| short(number).to_string()).join(" ");

@@ -69,7 +69,7 @@ impl Queue {
         }
     }
 
-    /// Counts messages that were published but not received.
+    /// Adds `count` messages that were published but not received to the dropped messages.
     pub fn lost(&self, count: u64) {
         self.counts.dropped.fetch_add(count, Ordering::Relaxed);
     }
@@ -136,7 +136,7 @@ impl WritingThread {
 /// The writer's end of the queue.
 struct Sink {
     bag: BagWriter,
-    /// The topics in the bag, by name. If a topic is announced again with other publishers, it keeps its entry.
+    /// The topics in the bag, by name. If a topic is queued again, for example with other publishers, its first entry remains.
     topics: HashMap<String, TopicId>,
     counts: Arc<Counts>,
 }

@@ -205,8 +205,8 @@ impl Watcher {
         }
     }
 
-    /// Notes that the topic has its first publisher. Call this only if the publisher offers the QoS that was presumed for the topic:
-    /// the subscription does not change.
+    /// Announces the topic to the bag, because the topic has its first publisher. The subscription remains, so the publisher must
+    /// offer [`Delivery::PRESUMED`].
     fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
         if let Some(receiving) = self.receiving.get_mut(name) {
             receiving.delivery = Some(Delivery::PRESUMED);

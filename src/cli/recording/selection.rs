@@ -53,8 +53,8 @@ impl Selection {
     }
 }
 
-/// Returns the topics of the nodes under their remapped names, fully qualified. If a new name is relative, also returns it
-/// unchanged.
+/// Returns the topics of the nodes under the names that they have after remapping, fully qualified. If a rule's new name is
+/// relative, also returns this name without a namespace, so that it is selected in every namespace.
 fn remapped(contract: &Contract, ros_args: &RosArgs) -> Result<Vec<(String, String)>, RosError> {
     let nodes = [
         (&contract.servo, ServoParameters::NODE_NAME),

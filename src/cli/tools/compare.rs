@@ -1,4 +1,4 @@
-//! `dq_servo compare`: the laws compared on many arms, tasks and plants, offline.
+//! `dq_servo compare`: compares the laws on many arms, tasks and plants. Does not join a ROS graph.
 
 use super::figure_width::FigureWidth;
 use super::progress::Progress;
@@ -33,7 +33,7 @@ pub(in crate::cli) struct Compare {
     /// Names of built-in arms, or parameter files of arms, instead of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
     #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
     arm: Vec<PathBuf>,
-    /// Names of laws, instead of all laws
+    /// Names of the laws to compare; all laws if left out
     #[arg(long, value_name = "LAW,…", value_delimiter = ',', value_parser = PossibleValuesParser::new(Law::names()).try_map(|name| name.parse::<Law>()))]
     laws: Vec<Law>,
     /// Write the runs as compare.csv too, with a row for each run

@@ -28,7 +28,7 @@ use std::cell::Cell;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Move the simulated arm there and back, under one law and another
+/// Move a simulated arm to a goal under one law, and back under another law
 #[derive(clap::Args, Default)]
 pub(in crate::cli) struct Demo {
     /// Two arms: control one tool relative to the other

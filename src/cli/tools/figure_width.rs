@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dq_figures::Width;
 
-/// The choice of a width.
+/// The option `--width`.
 #[derive(clap::Args)]
 pub(super) struct FigureWidth {
     /// Width of the figures: for a screen, or for one column (3.4 in) or both columns (7.16 in) of a paper

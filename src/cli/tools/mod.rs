@@ -39,7 +39,7 @@ impl Default for Command {
 /// A subcommand that takes part in a graph.
 #[derive(Subcommand)]
 pub(super) enum Online {
-    /// Move a simulated arm there and back under two laws (the default on a terminal)
+    /// Move a simulated arm to a goal under one law, and back under another (the default on a terminal)
     #[command(after_long_help = help::figures(help::OF_DEMO))]
     Demo(demo::Demo),
     /// Show the servo in a browser: watch it, send it goals, switch its law; or play bags

@@ -44,7 +44,7 @@ pub(super) struct NodeSet<'a> {
 }
 
 impl<'a> NodeSet<'a> {
-    /// Starts the nodes.
+    /// Starts the simulated arms `plants`, the servo, and the node that sends the goals.
     pub fn set(
         setting: &Setting<'a>,
         servo: Prepared<ServoParameters>,

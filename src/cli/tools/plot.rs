@@ -105,10 +105,11 @@ impl Plot {
         Ok(Some(GivenGoals::Pose(*goal.base_from_goal())))
     }
 
-    /// Writes the paths of the bags into the output folder, which will have the figures of these bags.
+    /// Reserves the output folder for the figures of these bags: writes the paths of the bags into `bags.txt` in the folder. So a later
+    /// call with other bags does not overwrite the figures.
     ///
     /// # Errors
-    /// [`Usage`] if the folder has figures of other bags. The figures are not overwritten.
+    /// [`Usage`] if the folder has figures of other bags.
     fn claim_folder(&self, figures: &[Figure]) -> crate::cli::Result<()> {
         let note = self.out.join("bags.txt");
         let path = |bag: &PathBuf| std::path::absolute(bag).map(|path| format!("{}\n", path.display()));
@@ -174,7 +175,7 @@ fn notes(motions: &[&MotionRow]) -> String {
     motions.iter().filter_map(note).collect()
 }
 
-/// Returns a line for each run in which the servo reported clearances. The line has the smallest clearance.
+/// Returns a line with the smallest clearance for each run in which the servo reported clearances.
 fn clearances(runs: &[RecordedRun]) -> String {
     let least = |run: &RecordedRun| {
         run.least_clearance()

@@ -33,7 +33,7 @@ impl Progress {
         Self { bar, what, due: (!on_terminal).then(|| Mutex::new(PAUSE)) }
     }
 
-    /// Adds finished items.
+    /// Adds `count` to the finished items, and shows the progress.
     pub fn add(&self, count: u64) {
         self.bar.inc(count);
         if let Some(line) = self.line(self.bar.elapsed()) {

@@ -33,7 +33,7 @@ pub(super) struct RaceNodes {
 }
 
 impl RaceNodes {
-    /// Starts the nodes.
+    /// Starts the two servos, their simulated arms, and the node that watches the race, in a separate domain.
     pub fn start(environment: &Environment, race: &Race) -> crate::cli::Result<Self> {
         ensure!(
             environment.enclave.is_none(),

@@ -44,9 +44,15 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
-    /// Waits until the recorder has received messages from the arms and from `servo`, and subscribes to the topic `goal` and to the
-    /// commands. After that, the recorder misses neither the goal nor the commands. Finally waits for a new message of the record for
-    /// replay; if none arrives, only prints a warning.
+    /// Waits until the recorder cannot miss a goal for `servo`, or a command to an arm.
+    ///
+    /// 1. Waits for joint states of every arm.
+    /// 2. Waits until the recorder has subscribed to the topic `goal`, and to the commands to all arms.
+    /// 3. Waits for the next message on `~/events` of the servo. From this message on, the bag can be replayed. If none arrives, prints
+    ///    a warning.
+    ///
+    /// # Errors
+    /// An error if step 1 or 2 takes longer than [`DISCOVERY`].
     pub async fn hears(
         &self,
         kind: ServoKind,
@@ -136,7 +142,8 @@ pub(in crate::cli) fn is_complete(directory: &Path, summary: &WrittenBag) -> Res
     }
 }
 
-/// Returns a line about the recorded messages. Prints to stderr the time from which on each servo can be replayed.
+/// Returns a line with the numbers of recorded and dropped messages. For each servo in the bag, prints to stderr the time from
+/// which its run can be replayed.
 pub(super) fn recording_summary(directory: &Path, summary: &WrittenBag) -> String {
     let servos = Bag::open(directory).map(replayable_from).unwrap_or_default();
     for (servo, since) in servos {

@@ -18,8 +18,9 @@ pub(super) fn return_law(there: Law) -> Law {
     if there == Law::Diffc { Law::Logc } else { Law::Diffc }
 }
 
-/// Returns joint positions [rad, prismatic: m] near `from` to demonstrate a motion there and back. The arm reaches their tool pose
-/// under the servo's law, and returns under [`return_law`]. If no positions in [`PARTS`] allow this, returns the farthest ones.
+/// Returns joint positions [rad, prismatic: m] near `from` for the demo: in simulation, the arm reaches the tool pose of these
+/// positions under the servo's law, and returns to the tool pose of `from` under [`return_law`]. Tries the [`PARTS`] in turn, and
+/// returns the farthest positions if the arm fails with all of them.
 pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> crate::cli::Result<Vec<f64>> {
     let chain = parameters.arms.chain();
     let beside = parameters.settings.limits.position.beside(from, chain.kinds());

@@ -1,4 +1,4 @@
-//! `dq_servo reproduce`: repeats everything in the paper, without joining a ROS graph.
+//! `dq_servo reproduce`: repeats the paper's simulations and figures. Does not join a ROS graph.
 
 use super::table::{self, seconds};
 use crate::cli::arm::ArmChoice;

@@ -12,7 +12,8 @@ const WIDTH: u16 = 80;
 /// The columns that contain names. All other columns contain numbers, which are right-aligned and never wrapped.
 const NAMES: [&str; 2] = ["run", "law"];
 
-/// Creates a table without lines, with these column names. If stdout is a terminal, names are wrapped so that the table fits into it.
+/// Creates a table with these column names, and without ruling lines. If stdout is a terminal, wraps the names in the columns
+/// [`NAMES`], so that the table fits into the terminal.
 pub(super) fn table<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
     let terminal = tcgetwinsize(stdout()).ok().map(|size| size.ws_col.max(WIDTH));
     table_in(terminal, header)
@@ -41,7 +42,8 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
     table
 }
 
-/// Returns the column names of the metrics of a motion, in the order of [`figures`]. The arms have joints of these kinds.
+/// Returns the column names of the metrics of a motion, in the order of [`figures`]. The kinds of the joints decide the units of
+/// speed and effort.
 fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
     {
@@ -65,12 +67,13 @@ fn heads(joints: &[JointKind]) -> [&'static str; 9] {
 /// The column of the time at which the goal's tolerances were met.
 pub(super) const AT_GOAL: &str = "at\ngoal\ns";
 
-/// Creates a table of motions. The arms have joints of these kinds. The columns of the metrics are between `before` and `after`.
+/// Creates a table of motions of arms with these kinds of joints. The columns of the metrics are between the columns `before` and
+/// the columns `after`.
 pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> Table {
     table([before, &heads(joints), after].concat())
 }
 
-/// Returns the metrics of a motion as cells.
+/// Returns the metrics of a motion as table cells, in the order of the [`heads`].
 pub(super) fn figures(figures: &Figures) -> [String; 9] {
     let known =
         |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };

@@ -158,8 +158,8 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// Creates the page that `server` serves. `viewer` returns the task of the page's node. This task ends when the channel given to
-    /// `viewer` reports that the page is closed.
+    /// Creates the page that `server` serves. Calls `viewer` with a channel, and spawns the returned task, which runs the page's node.
+    /// [`close`](Self::close) sends a message on this channel to end the task.
     fn new<F: Future<Output = ()> + Send + 'static>(
         server: Server,
         viewer: impl FnOnce(oneshot::Receiver<()>) -> F,
@@ -202,7 +202,7 @@ impl ViewerNode {
         Ok(Self { peer, tasks: tokio::spawn(runner.run(tasks)), _session: session })
     }
 
-    /// Leaves the graph after all tasks have ended. First drops the peer, so that no new requests arrive.
+    /// Drops the peer, so that no new requests arrive. Then waits until all tasks have ended, and leaves the graph.
     async fn leave(self) {
         let Self { peer, tasks, _session } = self;
         drop(peer);

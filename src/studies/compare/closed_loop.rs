@@ -13,20 +13,20 @@ use std::time::Duration;
 
 /// The time after which a loop that has not settled counts as failed.
 pub const HORIZON: Duration = Duration::from_secs(10);
-/// A loop counts as settled once it has stayed within the 2 % band for this time.
+/// A loop ends as settled once its errors have stayed below 2 % of their initial values for this time.
 const DWELL: Duration = Duration::from_millis(500);
 /// The length of the last part of a loop. If the loop fails, its behavior in this part decides how the failure is classified.
 const LAST: Duration = Duration::from_secs(1);
 /// Joint speeds below this [rad/s] count as standing.
 const STANDING: f64 = 1e-2;
-/// Joint speeds above this [rad/s] count as out of control.
+/// If the law commands a joint speed above this [rad/s], the motion counts as diverged.
 const DIVERGED: f64 = 1e4;
 
 named! {
     /// How a loop ended.
     #[derive(Default, PartialOrd, Ord)]
     "outcome" Outcome {
-        /// The error stays below 2 % of its initial value, or within the goal tolerances.
+        /// At the end of the loop, the errors were below 2 % of their initial values, or within the goal tolerances.
         #[default]
         Settled = "settled",
         /// The arm was still getting nearer to the goal at the end.
@@ -44,12 +44,12 @@ named! {
     }
 }
 
-/// The outcome of a loop, and its figures.
+/// The outcome of a loop, and the metrics of its motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Result {
     /// The outcome.
     pub outcome: Outcome,
-    /// The figures of the loop, as [`MotionMeter`] defines them.
+    /// The metrics of the motion.
     pub figures: Figures,
 }
 
@@ -236,7 +236,7 @@ impl Driver {
     }
 }
 
-/// Measures the figures from the real positions of the arm, not from its joint states.
+/// Computes the metrics from the real joint positions of the arm, not from the delayed and noisy joint states.
 struct Watch {
     arms: Arms,
     /// The latest real joint positions \[rad\].
@@ -248,7 +248,7 @@ struct Watch {
     threshold: f64,
     motion: Option<MotionMeter>,
     inside_since: Option<Duration>,
-    /// The smallest error ([`size`](Self::size)) until one second ([`LAST`]) before the horizon.
+    /// The smallest error ([`size`](Self::size)) so far. Ignores the last second ([`LAST`]) before the horizon.
     least: f64,
     error: GoalError,
 }
@@ -274,8 +274,8 @@ impl Watch {
         }
     }
 
-    /// Processes a cycle. Returns false if a commanded speed shows that the arm is out of control. `evaluated` is the arm at
-    /// `theta`, or `None` if its kinematics are not computed yet.
+    /// Updates the metrics with the joint positions and the command of one cycle. Returns false if a commanded joint speed shows that
+    /// the motion diverges. `evaluated` is the arm at `theta`, or `None` if its kinematics are not computed yet.
     fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return false;

@@ -29,7 +29,8 @@ impl Plant {
 /// The angle of one count of a 13-bit encoder \[rad\].
 const COUNT: f64 = std::f64::consts::TAU / 8192.0;
 
-/// The name of the plant with fresh joint states.
+/// The name of the plant whose joint states are exact, and reach the law in the cycle in which they are measured. They are called
+/// fresh.
 pub(super) const FRESH: &str = "ideal";
 
 /// The plants that are compared.

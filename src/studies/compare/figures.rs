@@ -66,7 +66,8 @@ fn sorted(summary: &Summary, key: &Key, column: usize) -> (Vec<f64>, usize) {
     (values, rows.len())
 }
 
-/// Returns the range of an axis. For each law, the range contains all values except for the largest tenth.
+/// Returns the range of an axis. For each law, the range contains all values except for the largest tenth. A logarithmic axis has
+/// at most two decades.
 fn shown<'a>(laws: impl Iterator<Item = &'a [f64]>, is_logarithmic: bool) -> Range<f64> {
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
     for values in laws.filter(|values| !values.is_empty()) {
@@ -80,8 +81,8 @@ fn shown<'a>(laws: impl Iterator<Item = &'a [f64]>, is_logarithmic: bool) -> Ran
     }
 }
 
-/// Returns the cumulative distribution of a quantity, up to the value `end`. Each point has a value, and the percentage of all `of`
-/// tasks with at most this value. A curve that ends below 100 % shows that tasks failed.
+/// Returns the cumulative distribution of the values `sorted`, up to the value `end`. Each point has a value, and the percentage of
+/// tasks with at most this value. `of` is the number of all tasks, so a failed task counts as a value beyond `end`.
 fn share_below(sorted: &[f64], of: usize, end: f64) -> Vec<(f64, f64)> {
     let step = sorted.len().div_ceil(POINTS).max(1);
     let share = |count: usize| 100.0 * count as f64 / of.max(1) as f64;

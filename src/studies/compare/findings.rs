@@ -1,4 +1,4 @@
-//! The comparison in numbers: `compare.json`.
+//! The results of the comparison, as `compare.json` has them.
 
 use super::conditions::FRESH;
 use super::latency::ageing;
@@ -41,7 +41,7 @@ pub struct Findings {
     pub ageing: Vec<Ageing>,
     /// The computation time of one step of each law.
     pub step_times: Vec<StepTime>,
-    /// One run of each cell. A later version of this program can compare its results with these runs.
+    /// One run of each cell. A later version of this program can repeat these runs, and check that the results are the same.
     pub samples: Vec<Record>,
 }
 
@@ -107,8 +107,8 @@ impl Findings {
         gain_range(&self.gains, matched, law)
     }
 
-    /// Returns the largest percentage by which the gains of the laws with this map miss their targets. Returns `None` if one of
-    /// these laws fails in more than half of the tasks, or if there is no such law.
+    /// Returns the largest percentage by which a gain misses its target, among the laws that convert twists to joint velocities with
+    /// `map`. Returns `None` if one of these laws fails in more than half of the tasks, or if there is no such law.
     pub fn most_off(&self, matched: Matched, map: Map) -> Option<f64> {
         let is_meant = |law: &str| law.parse::<Law>().is_ok_and(|law| law.map() == map);
         let gains = self.gains.iter().filter(|gain| gain.matched == matched && is_meant(&gain.law));

@@ -13,38 +13,38 @@ use std::ops::Range;
 
 /// The ages of the joint states that the search can try, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// The percentage of tasks that must settle with joint states of an age, so that the age is acceptable for a law. Only the tasks
-/// that settle with fresh joint states are counted.
+/// An age of the joint states is acceptable for a law if at least this percentage of tasks settles. Only the tasks that settle
+/// without delay are counted.
 const HOLDS: f64 = 95.0;
 /// Number of tasks of each arm on which an age is tried first. If their result is in doubt (see [`NO_DOUBT`]), all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The quantile of the normal distribution for a confidence interval (p < 1e-4). The result of the [`FIRST`] tasks is in doubt if
-/// its confidence interval with this quantile contains 95 %.
+/// The result of the [`FIRST`] tasks is in doubt if its confidence interval contains 95 %. This is the quantile of the normal
+/// distribution for that interval (p < 1e-4).
 const NO_DOUBT: f64 = 4.0;
 
-/// The age of joint states up to which a law works.
+/// The largest acceptable age of joint states for a law. An age is acceptable if at least 95 % of the tasks still settle.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Ageing {
     /// The name of the law.
     pub law: String,
     /// Whether the servo's limits were on.
     pub limits: bool,
-    /// Number of tasks of all arms that settle with fresh joint states.
+    /// Number of tasks of all arms that settle with joint states without delay.
     pub tasks: usize,
     /// The tried ages \[ms\], each with the percentage of the `tasks` that settle with joint states of this age.
     pub settled_percent: Vec<(f64, Interval)>,
     /// The largest age at which at least 95 % of the `tasks` settle \[ms\]; 0 if there is no such age.
     pub holds_up_to_ms: f64,
-    /// The largest tried age at which certainly at least 95 % of the `tasks` settle \[ms\]: the lower end of the confidence
-    /// interval is 95 % or more. 0 if there is no such age.
+    /// The lower confidence limit of `holds_up_to_ms` \[ms\]: the largest tried age at which the lower end of the interval in
+    /// `settled_percent` is at least 95 %. 0 if there is no such age.
     pub low_ms: f64,
-    /// The smallest tried age at which certainly less than 95 % of the `tasks` settle \[ms\]: the upper end of the confidence
-    /// interval is below 95 %. `None` if there is no such age.
+    /// The upper confidence limit of `holds_up_to_ms` \[ms\]: the smallest tried age at which the upper end of the interval in
+    /// `settled_percent` is below 95 %. `None` if there is no such age.
     pub high_ms: Option<f64>,
 }
 
 impl Ageing {
-    /// Returns whether the law works at every age that was tried.
+    /// Returns whether the oldest joint states of the search, 0.32 s, are acceptable.
     pub fn holds_to_the_end(&self) -> bool {
         let oldest = AGES.last().map_or(0.0, |age| age_ms(*age));
         self.holds_up_to_ms >= oldest
@@ -100,7 +100,7 @@ impl Ages<'_> {
     ///
     /// 1. Tries the ages of the comparison's plants, because their results are known.
     /// 2. Bisects the ages that remain. The bisection assumes that fewer tasks settle with older joint states.
-    /// 3. Finds the largest age that is certainly acceptable, and the smallest age that certainly is not.
+    /// 3. Finds the confidence limits of the result.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());
         for place in (0..AGES.len()).filter(|place| known(AGES[*place]).is_some()) {
@@ -135,7 +135,7 @@ impl Ages<'_> {
         })
     }
 
-    /// Yields the tasks among `numbers` that settle with fresh joint states.
+    /// Yields the tasks with these `numbers`, of all arms, that settle with joint states without delay.
     fn settling(&self, numbers: Range<u32>) -> impl Iterator<Item = ArmTask> + '_ {
         let tasks = move |arm| numbers.clone().map(move |number| ArmTask { arm, number });
         let tasks = (0..self.study.arms.len()).flat_map(tasks);
@@ -149,8 +149,8 @@ impl Ages<'_> {
         self.summary.rows(&key).get(task.number as usize).map(Option::is_some)
     }
 
-    /// Returns the percentage of tasks that settle with joint states of the age `AGES[place]`, among the tasks that settle with
-    /// fresh joint states.
+    /// Returns the percentage of tasks that settle with joint states of the age `AGES[place]`, among the tasks that settle without
+    /// delay.
     fn share(&mut self, place: usize) -> Result<Interval, CompareError> {
         if let Some(share) = self.tried.get(&place) {
             return Ok(*share);
@@ -167,8 +167,8 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Runs tasks with joint states of the age `age` \[cycles\]: the tasks among `numbers` that settle with fresh joint states.
-    /// Returns how many of these tasks settle, and how many were run.
+    /// Counts the tasks that settle with joint states of the age `age` \[cycles\], among the tasks of [`settling`](Self::settling).
+    /// Runs only the tasks whose result is not known yet.
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

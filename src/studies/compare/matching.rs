@@ -53,10 +53,11 @@ const FEW: usize = 48;
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
 /// The seed of the tasks that judge the chosen gains. It differs from the seeds of all other tasks.
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
-/// Two measured values of the reference law count as the same up to this relative difference, because of rounding.
+/// Two medians of the reference law count as equal if their relative difference is below this number. The difference comes from
+/// rounding.
 const ROUNDING: f64 = 1e-6;
-/// A gain counts as matched if the law's value of the matched quantity differs from the reference law's value by at most this
-/// fraction.
+/// The largest allowed relative difference between a law's median settling time (or peak speed) with the chosen gain and the
+/// reference law's median.
 pub(super) const CLOSE: f64 = 0.02;
 /// Relative accuracy of a chosen gain. More accuracy would be of no use, because settling times are multiples of the 5 ms cycle. A
 /// cycle is about 1/400 of the reference law's settling time.
@@ -178,7 +179,7 @@ pub(super) fn gains(arm: &Arm, laws: &[Law], chosen: impl Fn()) -> Result<Vec<Ga
     each(laws).map(gain).collect()
 }
 
-/// Yields each quantity with each law, in the order of the gains of an arm.
+/// Yields every pair of a quantity and a law, in the order in which [`gains`] returns the gains of an arm.
 fn each(laws: &[Law]) -> impl Iterator<Item = (Matched, Law)> {
     Matched::ALL.into_iter().flat_map(move |matched| laws.iter().map(move |law| (matched, *law)))
 }
@@ -224,9 +225,9 @@ impl Search<'_> {
         Ok(self.matched.median(&self.pilots.run(self.law, gain, self.count)?))
     }
 
-    /// Doubles or halves the gain until the target lies between the values of two gains. Then halves the interval between these
-    /// gains several times. Returns the tried gain whose value is nearest to the target, also if the loop becomes unstable before it
-    /// reaches the target.
+    /// Doubles or halves the gain until the target lies between the medians with two successive gains. Then halves the ratio of these
+    /// gains four times. Returns the tried gain whose median is nearest to the target. If no gain reaches the target because the loop
+    /// becomes unstable, this is the nearest stable gain.
     fn coarse(&self) -> Result<f64, CompareError> {
         let mut tried = Vec::new();
         // Returns whether the law is at least as fast with this gain as the target requires.
@@ -254,9 +255,11 @@ impl Search<'_> {
         Ok(best.map_or(gain, |(gain, _)| *gain))
     }
 
-    /// Returns the best of a few gains, starting from `near`. With k times the gain, a law follows the same path k times as fast,
-    /// apart from the effects of the control period and of gain limits. So each step multiplies the gain by a ratio: the measured
-    /// value divided by the target for a settling time, the target divided by the measured value for a peak speed.
+    /// Improves the gain `near` in a few steps, and returns the best gain.
+    ///
+    /// With k times the gain, a law follows the same path k times as fast, apart from the effects of the control period and of gain
+    /// limits. So each step multiplies the gain by a ratio. For a settling time, the ratio is the measured median divided by the target.
+    /// For a peak speed, it is the target divided by the measured median.
     fn fine(&self, near: f64) -> Result<f64, CompareError> {
         const STEPS: usize = 5;
         let (mut gain, mut best) = (near, (f64::INFINITY, near));

@@ -107,7 +107,7 @@ pub enum CompareError {
         /// The name of the file.
         file: String,
     },
-    /// A line is of another run than expected.
+    /// A line of the file has another run than the study has at this place.
     #[error(
         "{file}: line {line} is of another run than expected: join each part once and in order; for other arms, tasks or seeds, use a new folder"
     )]

@@ -36,7 +36,7 @@ pub(super) fn time(interval: Option<Interval>, horizon: f64) -> String {
     }
 }
 
-/// Formats a percentage without its sign, as for a column in %.
+/// Formats a percentage without the percent sign, for a column whose heading has the unit.
 pub(super) fn share(interval: Interval) -> String {
     bracketed(interval, |value| format!("{value:.1}"))
 }
@@ -45,7 +45,7 @@ pub(super) fn percent(interval: Interval) -> String {
     share(interval).replacen(' ', " % ", 1)
 }
 
-/// Formats a difference with its sign.
+/// Formats a difference with a plus or minus sign.
 pub(super) fn signed(interval: Interval) -> String {
     bracketed(interval, |value| match number(value) {
         text if value > 0.0 && text != "0" => format!("+{text}"),

@@ -17,7 +17,7 @@ pub struct End {
     pub words: String,
 }
 
-/// The numbers of tasks of one law on one arm that settle under two conditions.
+/// The numbers of tasks that settle with one law on one arm, under each of two conditions.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Counts {
     /// The name of the law.
@@ -30,9 +30,10 @@ pub struct Counts {
     pub settled: [usize; 2],
     /// The number of tasks that settle under the first condition only, and under the second only.
     pub alone: [usize; 2],
-    /// The number of tasks that settle under each condition without a motion in which the arm passed through itself.
+    /// The number of tasks under each condition that settle, and in which the arm does not pass through itself.
     pub past_itself: [usize; 2],
-    /// How the first task ended under each condition. A later version of this program can compare its results with it.
+    /// How the first task ended under each condition. A later version of this program can repeat this task, and check that the
+    /// result is the same.
     pub sample: Option<[End; 2]>,
 }
 
@@ -61,7 +62,7 @@ impl Paired {
         [0, 1].map(|way| self.tasks.iter().filter(alone(way)).count())
     }
 
-    /// Returns the numbers of this comparison.
+    /// Counts the tasks that settle.
     pub fn summary(&self) -> Counts {
         Counts {
             law: self.law.clone(),

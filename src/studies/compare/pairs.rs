@@ -31,7 +31,7 @@ named! {
 pub(super) const FIGURES: [Quantity; 5] =
     [Quantity::SettlingTime, Quantity::PathRatio, Quantity::Overshoot, Quantity::Effort, Quantity::PeakSpeed];
 
-/// The comparison of two laws in one quantity, with fresh joint states.
+/// The comparison of two laws in one quantity. The joint states are exact and have no delay.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Comparison {
     /// The quantity that is compared.
@@ -58,7 +58,7 @@ pub struct Comparison {
     pub p_holm: f64,
 }
 
-/// The level of significance: if two laws do not differ, 95 of 100 studies find no difference.
+/// The level of significance: the largest allowed probability to report a difference between laws that do not differ.
 const TOLD: f64 = 0.05;
 
 impl Comparison {
@@ -103,8 +103,10 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 
 impl Interval {
     /// Compares how often the first and the second members of `pairs` pairs have a property. Returns the percentage of the first
-    /// members minus the percentage of the second members \[points\]. In `first` pairs, only the first member has the property; in
-    /// `second` pairs, only the second member. The interval is Wald's, with half a pair added to each cell of the 2×2 table (Agresti & Min 2005).
+    /// members that have it, minus the percentage of the second members \[percentage points\].
+    ///
+    /// Only the first member has the property in `first` pairs, and only the second member in `second` pairs. `z` is the quantile of
+    /// the normal distribution. The interval is Wald's, with half a pair added to each cell of the 2×2 table (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);
@@ -114,9 +116,13 @@ impl Interval {
     }
 }
 
-/// Makes all comparisons. Compares every pair of laws on all arms together, with gains for equal settling time. Compares each law
-/// with the study's [baseline](Study::baseline) on each arm, and on all arms with gains for equal peak speed. Adjusts the p-values
-/// of all these comparisons and of the comparisons `more` together.
+/// Makes all comparisons, without and with the servo's limits:
+///
+/// - every pair of laws on all arms together, with gains for equal settling time,
+/// - each law and the study's [baseline](Study::baseline) on all arms together, with gains for equal peak speed,
+/// - each law and the baseline on each arm, with gains for equal settling time: only the percentage of tasks that settle.
+///
+/// Adds the comparisons `more`, and adjusts the probabilities of all comparisons together.
 pub(super) fn comparisons(study: &Study, summary: &Summary, more: Vec<Comparison>) -> Vec<Comparison> {
     let (laws, baseline) = (&study.laws, study.baseline());
     let all_quantities = [&[Quantity::Settled][..], &FIGURES].concat();
@@ -148,7 +154,7 @@ pub(super) fn comparisons(study: &Study, summary: &Summary, more: Vec<Comparison
     all
 }
 
-/// Compares two laws on the same tasks. The probability is not adjusted for other comparisons. Returns `None` if there are no tasks
+/// Compares two laws on the same tasks. Does not adjust the probability for other comparisons. Returns `None` if there are no tasks
 /// to compare.
 pub(super) fn compared(
     quantity: Quantity,
@@ -161,9 +167,10 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Compares two laws task by task. Returns the number of tasks compared, the numbers of tasks in which the first and the second law
-/// have the larger value, and the difference. For the percentage of settled tasks, it compares all tasks; for other quantities, the
-/// tasks that settle under both laws. Returns `None` if there are no such tasks.
+/// Compares two laws task by task. Returns [`Comparison::pairs`], [`Comparison::more`] and [`Comparison::difference`].
+///
+/// [`Quantity::Settled`] is compared on all tasks, any other quantity on the tasks that settle under both laws. Returns `None` if
+/// there are no such tasks.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

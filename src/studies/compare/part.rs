@@ -54,11 +54,12 @@ impl FromStr for Part {
 }
 
 impl Study {
-    /// Merges all `of` parts in `folder` into `file`. First checks that each part is complete and belongs to this study.
+    /// Checks that the files of the parts 1 to `of` in `folder` are complete and belong to this study. Then joins them into `file`.
     ///
     /// # Errors
-    /// [`CompareError::File`] for a missing part; [`CompareError::Count`] for a part with too few runs;
-    /// [`CompareError::OtherRuns`], [`CompareError::Damaged`].
+    /// [`CompareError::File`] if a part is missing, or if `file` cannot be written; [`CompareError::Count`] if a part has too few runs;
+    /// [`CompareError::OtherRuns`] if a part has a run of another study or of another part; [`CompareError::Damaged`] if a line of a
+    /// part is not a valid run.
     pub fn merge(&self, folder: &Path, of: u64, file: &Path) -> Result<(), CompareError> {
         let mut parts = Vec::new();
         for part in Part::each(of) {

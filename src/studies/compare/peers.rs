@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The results of another program, or of the study's baseline, on the tasks that the other programs have run. Joint states are
-/// fresh, and gains are for equal settling time.
+/// The results of another program, or of the study's baseline law, on the tasks that the other programs have run. The joint states
+/// are exact and have no delay. The gains give all of them the same median settling time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Peer {
     /// The results on all arms together. The name of the program replaces the name of the law.

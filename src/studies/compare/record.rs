@@ -45,11 +45,11 @@ pub struct Record {
     pub settling_s: Option<f64>,
     /// The tool's path length divided by the distance between the ends of the path; `None` if that distance is below a millimeter.
     pub path_ratio: Option<f64>,
-    /// The overshoot past the goal, along the line from the start.
+    /// The overshoot past the goal, along the line from the start \[mm\].
     pub overshoot_mm: f64,
     /// The effort `∫|θ̇|² dt` [rad²/s].
     pub effort: f64,
-    /// The largest joint speed.
+    /// The largest joint speed [rad/s].
     pub peak_rad_s: f64,
 }
 
@@ -74,7 +74,7 @@ impl Record {
         }
     }
 
-    /// Reads the lines of `file`, which other programs have written. Returns an empty list if the file does not exist.
+    /// Reads the records of runs that other programs have written into `file`. Returns an empty list if the file does not exist.
     ///
     /// # Errors
     /// [`CompareError::File`] or [`CompareError::Damaged`].

@@ -37,8 +37,8 @@ fn keep(file: &Path, text: &str) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Yields the conditions under which every law runs every task. Runs with gains for equal peak speed only serve to show whether the
-/// results depend on the quantity that the gains make equal. Fresh joint states are enough for that.
+/// Yields the conditions under which every law runs every task. The runs with gains for equal peak speed only show whether the
+/// results depend on the quantity that the gains make equal. So these runs use only the first plant, which is exact.
 fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
     Matched::ALL.into_iter().flat_map(|matched| {
         let plants = if matched == Matched::SettlingTime { &PLANTS[..] } else { &PLANTS[..1] };

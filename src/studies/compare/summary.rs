@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The 97.5 % quantile of the normal distribution. In 95 of 100 studies, intervals with this quantile contain the true value.
+/// The 97.5 % quantile of the normal distribution, for 95 % confidence intervals.
 pub(super) const Z: f64 = 1.959_964;
 
-/// A figure with its 95 % confidence interval.
+/// A value with its confidence interval.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Interval {
-    /// The value of the figure.
+    /// The value.
     pub value: f64,
     /// The lower end of the interval.
     pub low: f64,
@@ -71,12 +71,12 @@ impl Key {
         Self { matched, arm, limits, plant, law }
     }
 
-    /// Creates the key of a law's runs with fresh joint states.
+    /// Creates the key of a law's runs whose joint states are exact and have no delay.
     pub fn fresh(matched: Matched, law: &str, arm: &str, limits: bool) -> Self {
         Self::new(matched, law, arm, limits, FRESH)
     }
 
-    /// Creates the key of the cell to which `record` belongs, for `arm` or for `all` arms.
+    /// Creates the key of the cell to which `record` belongs. `arm` is the name of its arm, or [`ALL_ARMS`].
     pub(super) fn of(record: &Record, arm: &str) -> Self {
         let [matched, law, arm, plant] =
             [&record.matched, &record.law, arm, &record.plant].map(str::to_owned);
@@ -91,10 +91,10 @@ impl Key {
     }
 }
 
-/// The name for all arms together.
+/// The name that stands for all arms together.
 pub const ALL_ARMS: &str = "all";
 
-/// The results of a cell's runs.
+/// The results of all runs under the same conditions.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Cell {
     /// The conditions that the runs share.
@@ -124,7 +124,7 @@ pub struct Cell {
     pub peak_rad_s: Option<Interval>,
 }
 
-/// The figures of a run that settled: settling time, path ratio (NaN if there is none), overshoot, effort, peak speed. Units are as
+/// The metrics of a run that settled: settling time, path ratio (NaN if there is none), overshoot, effort, peak speed. Units are as
 /// in [`Record`].
 pub type Row = [f64; 5];
 
@@ -152,13 +152,15 @@ impl CellRuns {
         self.rows.iter().flatten().count()
     }
 
-    /// Returns whether at least half of the runs settled, so that figures can be compared fairly.
+    /// Returns whether at least half of the runs settled. Otherwise the medians of the settled runs cannot be compared fairly with
+    /// those of other laws.
     fn settles_half(&self) -> bool {
         2 * self.settled() >= self.rows.len()
     }
 }
 
-/// All runs of a study, in cells. There are cells for each arm, and for all arms together.
+/// All runs of a study, grouped into cells. A cell has the runs with the same [`Key`]: one law under the same conditions, on one
+/// arm or on all arms together.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     cells: BTreeMap<Key, CellRuns>,

@@ -49,7 +49,7 @@ impl Switch {
         }
     }
 
-    /// Returns the two values as texts.
+    /// Returns the two values of the parameter that are compared, as text.
     pub fn names(self) -> [String; 2] {
         self.values().map(|value| value.to_string())
     }
@@ -64,7 +64,8 @@ impl Switch {
     }
 }
 
-/// The comparison of two values of a parameter in numbers: `reconfigure.json`, `constraints.json` or `posture.gain.json`.
+/// The results of the comparison of two values of a parameter. The file is `reconfigure.json`, `constraints.json` or
+/// `posture.gain.json`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct SwitchFindings {
     /// The number of tasks for each law on each arm.
@@ -73,12 +74,12 @@ pub struct SwitchFindings {
     pub seed: u64,
     /// The gains of each law.
     pub gains: Vec<Gain>,
-    /// The results of each law on each arm: first with the first value of the parameter, then with the second.
+    /// The results of each law on each arm. The two numbers of a pair are for the first and for the second value of the parameter.
     pub cells: Vec<Counts>,
 }
 
 impl SwitchFindings {
-    /// Returns the results `rows` of [`Study::switched`] in numbers.
+    /// Summarizes the results `rows` of [`Study::switched`].
     pub fn new(study: &Study, rows: &[Paired]) -> Self {
         let gains =
             study.gains.iter().filter(|gain| gain.matched == Matched::SettlingTime).cloned().collect();

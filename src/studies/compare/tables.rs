@@ -110,7 +110,7 @@ fn results(findings: &Findings, cell: &Cell) -> [String; 7] {
     ]
 }
 
-/// Returns the table of each law's results on all arms together, with fresh joint states.
+/// Returns the table of each law's results on all arms together, with joint states that are exact and have no delay.
 pub(super) fn condition(findings: &Findings, matched: Matched, limits: bool) -> Table {
     let row = |law: &str| {
         let cell = findings.cell(&Key::fresh(matched, law, ALL_ARMS, limits))?;
@@ -185,13 +185,13 @@ pub(super) fn failures(findings: &Findings) -> Table {
     Table::new(["law".to_owned()].into_iter().chain(reasons), findings.laws().into_iter().map(row))
 }
 
-/// Returns the table of the largest age of joint states at which each law works.
+/// Returns the table of the largest acceptable age of joint states for each law.
 pub(super) fn ages(findings: &Findings) -> Table {
     let row = |law: &str| vec![law.to_owned(), age(findings, law, false), age(findings, law, true)];
     Table::new(["law", "no limits [ms]", "limits [ms]"], findings.laws().into_iter().map(row))
 }
 
-/// Returns the largest age of joint states at which the law works \[ms\], with its interval.
+/// Returns the largest acceptable age of joint states for the law \[ms\], with its confidence limits ([`Ageing`](super::Ageing)).
 pub(super) fn age(findings: &Findings, law: &str, limits: bool) -> String {
     let Some(ageing) = findings.ageing(law, limits) else { return "-".to_owned() };
     let at_least = if ageing.holds_to_the_end() { "≥ " } else { "" };

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// A gain that misses its target by more than 2 %.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Unmatched {
-    /// The gain, with its target and its value.
+    /// The gain, its target, and the value that it reaches.
     #[serde(flatten)]
     pub gain: Gain,
     /// The median of the matched quantity with this gain [s or rad/s], with its 95 % interval. The settling time of a failed task
@@ -22,8 +22,7 @@ pub struct Unmatched {
 }
 
 impl Unmatched {
-    /// Returns whether the law settles earliest with this gain: both with less and with more gain it settles later, or as late. Then
-    /// no gain reaches the target.
+    /// Returns whether the law settles later, or at the same time, with both gains in `beside`. Then no gain reaches the target.
     pub fn is_fastest(&self) -> bool {
         self.beside.is_some_and(|beside| beside.iter().all(|median| *median >= self.median.value))
     }

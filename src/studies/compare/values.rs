@@ -66,8 +66,8 @@ fn told(compared: &Comparison, unit: &str) -> String {
     format!("{}{unit} ({})", signed(compared.difference), probability(compared.p_holm))
 }
 
-/// Returns the values about the law that settles the most tasks under the servo's limits, about the laws that do not differ from it
-/// significantly, and about the straightest path among these.
+/// Returns the values about the best laws: the law that settles the most tasks under the servo's limits, and the laws that settle
+/// about as many. If one of these laws has a significantly straighter path than the others, also returns the values about its path.
 fn of_best_law(findings: &Findings) -> Option<Values> {
     let laws = findings.laws();
     let cell = |law: &str| findings.cell(&key(law, ALL_ARMS));
@@ -119,8 +119,8 @@ fn of_best_law(findings: &Findings) -> Option<Values> {
     Some(values)
 }
 
-/// Lists the arms on which a law differs significantly from the baseline, but in the direction opposite to that on all arms
-/// together. Returns `None` if there are no such arms.
+/// Lists contradictions between one arm and all arms together: on both, a law differs significantly from the baseline, but in
+/// opposite directions. Returns `None` if there are no contradictions.
 fn reversed_arms(findings: &Findings) -> Option<String> {
     let compared = |law: &str, arm: &str| {
         let compared = findings.comparison(Quantity::Settled, &key(law, arm), findings.baseline());

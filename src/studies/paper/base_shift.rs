@@ -16,9 +16,9 @@ pub struct Shifted {
     pub law: &'static str,
     /// The gain of the law [1/s].
     pub gain: f64,
-    /// The shift of the base along x.
+    /// The shift of the base along x \[m\].
     pub shift_m: f64,
-    /// The largest distance between the tool of this run and the tool of the run with the first shift, at equal times. Both
+    /// The largest distance at equal times between the tool of this run and the tool of the run with the first shift \[mm\]. Both
     /// positions are relative to the arm's own base.
     pub deviation_mm: f64,
 }

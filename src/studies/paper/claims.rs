@@ -15,7 +15,7 @@ pub struct Evidence<'a> {
     pub runs: &'a Runs,
     /// The rows of the comparison: diffc with logc's gain, diffc, logc, double_geodesic.
     pub comparison: &'a [Row; 4],
-    /// The numbers of logc's motion when it is integrated in task space, as in the paper.
+    /// The metrics of logc's motion in task space. The paper integrates logc there, without an arm.
     pub theirs: &'a TaskSpaceMetrics,
     /// The results of equations 33 to 36.
     pub logarithms: &'a LogarithmEquations,

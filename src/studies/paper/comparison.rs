@@ -14,7 +14,7 @@ pub struct Row {
     /// The duration of the motion \[s\].
     #[serde(rename = "duration_s")]
     pub duration: f64,
-    /// The figures of the motion.
+    /// The metrics of the motion.
     #[serde(flatten)]
     pub metrics: Metrics,
 }

@@ -53,11 +53,12 @@ impl LogarithmEquations {
     }
 }
 
-/// Three interpretations of one pose: by eq. 13, by the exponential of eq. 31, and by the exponential of the logarithm of eq. 32.
+/// The differences between the pose of eq. 13, whose rotation is r and whose translation is t, and the poses that equations 31 and
+/// 32 give for the same r and t.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoseEquations {
-    /// The distance of the translation of `r exp(ε ½ t)` (eq. 31) from t \[m\]. That translation is `R t`, because `r exp(ε ½ t) =
-    /// r + ε ½ r t`. In contrast, eq. 13 has `r + ε ½ t r`, whose translation is t.
+    /// The distance between t and the translation of `r exp(ε ½ t)` (eq. 31) \[m\]. This translation is `R t`, because
+    /// `r exp(ε ½ t) = r + ε ½ r t`. In contrast, eq. 13 has `r + ε ½ t r`, whose translation is t.
     pub product_off_m: f64,
     /// The distance between t and the translation of the exponential of `½ θ k + ε ½ t` (eq. 32) \[m\].
     pub logarithm_off_m: f64,

@@ -20,7 +20,7 @@ pub struct Experiment {
     pub diffc: Diffc,
     /// The constants of the experiment with two arms.
     pub relative_position: RelativePosition,
-    /// The constants of logc when it is integrated in task space, as in the paper.
+    /// The constants of logc's motion in task space. The paper integrates logc there, without an arm.
     pub task_space_logc: TaskSpaceGains,
     /// The constants of the comparison of the laws.
     pub comparison: Comparison,

@@ -1,4 +1,4 @@
-//! Runs diffc and logc with several gains, to show which figures change with the gain and which do not.
+//! Runs diffc and logc with several gains, to show which metrics change with the gain and which do not.
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;

@@ -12,7 +12,7 @@ use dq_kinematics::control::{Controller, Law, nearer_goal};
 pub struct Laboratory {
     /// The arm that is simulated.
     pub chain: Chain,
-    /// The servo's settings. Only damping and tolerances are used.
+    /// The servo's settings. Only the controller and the goal tolerances are used.
     pub settings: Settings,
     /// The constants of the experiments.
     pub experiment: Experiment,

@@ -1,4 +1,4 @@
-//! The figures of a simulated motion.
+//! The metrics of a simulated motion.
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_kinematics::arm::ArmState;
@@ -6,28 +6,28 @@ use dq_metrics::{Figures, GoalError, MotionMeter, Settling};
 use serde::Serialize;
 use std::time::Duration;
 
-/// The figures of a simulated motion.
+/// The metrics of a simulated motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
-    /// The figures of the motion, as [`MotionMeter`] defines them.
+    /// The metrics that [`MotionMeter`] computes.
     #[serde(flatten)]
     pub figures: Figures,
-    /// The time from which each joint stays within 2 % of its position at the goal. `None` if the joint does not stay there, or if
-    /// its position at the goal is 0.
+    /// The time from which each joint stays within 2 % of its position at the goal \[s\]. `None` if the joint does not stay there,
+    /// or if its position at the goal is 0.
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
-    /// The distance from start to goal.
+    /// The distance from start to goal \[m\].
     pub distance_m: f64,
     /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular value
-    /// in the figures is 0. The samples do not show this value, because no sample is exactly at the singularity.
+    /// in `figures` is set to 0. The samples alone do not show this value, because no sample is exactly at the singularity.
     pub singularity_crossed: bool,
-    /// When the determinant changed its sign, to the accuracy of a sample.
+    /// The times at which the determinant changed its sign \[s\]: for each change, the time of the first sample after it.
     pub singularities_crossed_s: Vec<f64>,
     /// The final error of each joint as a percentage of its position at the goal; `None` if its position at the goal is 0.
     pub joint_error_percent: Vec<Option<f64>>,
 }
 
 impl Laboratory {
-    /// Computes the figures of a run, as [`MotionMeter`] defines them, and the figures of its joints.
+    /// Computes the metrics of a run.
     ///
     /// # Errors
     /// [`PaperError::Arm`] if the run belongs to another arm.

@@ -1,4 +1,4 @@
-//! Reproduces the reference work: simulations of its laws, metrics, comparison, figures.
+//! Reproduces the paper: the simulations of its laws, and their metrics, comparison and figures.
 //!
 //! "The paper" is Akhil Sathuluri, *Dual Quaternion Based Control*, project report, 2018,
 //! <https://github.com/akhilsathuluri/Dual_Quaternion_Control>. Its equations, sections and figures are cited by their numbers in `Project
@@ -34,7 +34,7 @@ pub use task_space::{TaskSpaceLogc, TaskSpaceMetrics, half_log_rate};
 use dq_kinematics::arm::ArmError;
 use thiserror::Error;
 
-/// The reason why the reference work could not be reproduced.
+/// The reason why the paper could not be reproduced.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PaperError {

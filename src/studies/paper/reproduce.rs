@@ -1,4 +1,4 @@
-//! Reproduces all results of the paper, and adds further results.
+//! Reproduces the results of the paper, and adds further results.
 
 use super::claim::Claim;
 use super::claims::{Evidence, claims};
@@ -22,7 +22,7 @@ pub struct Reproduction {
     pub results: Value,
 }
 
-/// Simulates and draws everything.
+/// Runs all simulations of the paper and the further ones, judges the paper's claims, and draws the figures.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.

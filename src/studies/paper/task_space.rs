@@ -9,7 +9,7 @@ use nalgebra::{Vector3, Vector6};
 use serde::Serialize;
 use std::time::Duration;
 
-/// The motion. The time between samples is [`INTERVAL`](super::INTERVAL).
+/// The motion of logc in task space. The time between samples is [`INTERVAL`](super::INTERVAL).
 #[derive(Clone, Debug)]
 pub struct TaskSpaceLogc {
     /// The times of the samples \[s\].
@@ -22,10 +22,10 @@ pub struct TaskSpaceLogc {
     pub goal: UnitDualQuaternion,
 }
 
-/// The numbers that describe a motion in task space, as in figure 4 of the paper.
+/// The metrics of a motion in task space, among them those of figure 4 of the paper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskSpaceMetrics {
-    /// The half-log pair at the start \[rad, m\].
+    /// The half-log pair `X` of the error at the start (see [`TaskSpaceLogc::half_logs`]) \[rad, m\].
     pub initial: [f64; 6],
     /// The time from which each component of the half-log pair stays within 1e-3 of zero \[s\]. `None` if the component does not
     /// stay within 1e-3 of zero, or was never farther from zero.
@@ -79,7 +79,7 @@ impl TaskSpaceLogc {
         Ok(Self { times: trajectory.times, half_logs, poses, goal })
     }
 
-    /// Computes the figures of the motion.
+    /// Computes the metrics of the motion.
     pub fn metrics(&self) -> TaskSpaceMetrics {
         let points = || self.poses.iter().map(UnitDualQuaternion::translation);
         let length: f64 = points().zip(points().skip(1)).map(|(a, b)| (b - a).norm()).sum();
@@ -104,8 +104,8 @@ impl TaskSpaceLogc {
         Some(self.times[last] + part * (self.times[last + 1] - self.times[last]))
     }
 
-    /// Returns the time from which the norm of three components stays below 2 % of its initial value \[s\]; `None` if there is no
-    /// such time. The components have the indices from `first` to `first + 2`.
+    /// Returns the time from which a norm stays below 2 % of its initial value \[s\]; `None` if there is no such time. It is the norm
+    /// of the components `first` to `first + 2` of the half-log pair: 0 for the rotation, 3 for the translation.
     fn settled(&self, first: usize) -> Option<f64> {
         let size = |half_log: &Vector6<f64>| half_log.fixed_rows::<3>(first).norm();
         let mut settling = Settling::new(self.half_logs.first().map_or(0.0, size), 0.0);

@@ -9,18 +9,20 @@ use dq_figures::{Axis, Figure, Line, Series, chart, law_color, over_time};
 use dq_kinematics::control::{Law, nearer_goal};
 use serde::Serialize;
 
-/// How far the tool went away from the goal at which it started.
+/// The result of one simulation of this study: how far the tool went away from the goal at which it started.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Departure {
-    /// Whether the double-cover rule chose the sign of the goal's quaternion. Otherwise the goal had the opposite sign.
+    /// Whether the double-cover rule was applied. It gives the goal's quaternion the same sign as the tool's. Without the rule, the
+    /// goal had the opposite sign.
     pub with_rule: bool,
-    /// The largest distance from the goal.
+    /// The largest distance of the tool from the goal \[mm\].
     pub largest_distance_mm: f64,
-    /// The largest angle from the goal.
+    /// The largest angle between the orientations of the tool and of the goal \[°\].
     pub largest_angle_deg: f64,
 }
 
-/// Simulates the motion without the double-cover rule, and then with the rule. Returns the results and the figure.
+/// Simulates diffc without and with the double-cover rule on an arm whose tool starts at the goal. Returns the results in this
+/// order, and the figure.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.
@@ -57,7 +59,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
     Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
 }
 
-/// How far the tool is from the goal at which it started, at one time.
+/// The distance and the angle between the tool and the goal at one time. The tool started at the goal.
 struct Away {
     /// The time since the start \[s\].
     time: f64,

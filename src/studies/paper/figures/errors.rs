@@ -110,7 +110,7 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
     Ok([figure, chart("fig3_angles", &title, &arms)])
 }
 
-/// Draws two motions of logc: the motion integrated in task space, as in the paper, and the motion simulated through the joints.
+/// Draws two motions of logc: the motion in task space, which the paper shows, and the motion of the simulated arm.
 pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     const NAMES: [&str; 6] = [
         "½ rotation x [rad]",

@@ -1,4 +1,4 @@
-//! The figures of the reference work.
+//! The figures of the paper.
 
 mod errors;
 mod paths;

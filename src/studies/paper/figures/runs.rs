@@ -9,13 +9,13 @@ pub struct Runs {
     pub diffc: SimulatedRun,
     /// The motion of diffc with logc's gain.
     pub diffc_low: SimulatedRun,
-    /// The motion of diffc with logc's gain, as long as in figure 7.
+    /// The motion of diffc with logc's gain. It has the duration of figure 7.
     pub diffc_low_long: SimulatedRun,
-    /// The motion of logc when it is integrated in task space, as in the paper.
+    /// The motion of logc in task space, where the paper integrates it without an arm.
     pub task_space_logc: TaskSpaceLogc,
-    /// The motion of logc through the joints, with one gain for rotation and translation.
+    /// The motion of the arm under logc, with one gain for rotation and translation.
     pub logc: SimulatedRun,
-    /// The motion of logc through the joints, as long as in figure 4.
+    /// The motion of the arm under logc, with the duration of figure 4.
     pub logc_long: SimulatedRun,
     /// The motion of double_geodesic with logc's gain.
     pub double_geodesic: SimulatedRun,
