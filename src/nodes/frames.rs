@@ -49,7 +49,7 @@ pub(super) struct Frames {
     reports: mpsc::Receiver<Report>,
     /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
-    /// The goals up to this number have ended. If the listener still sends their poses, the cycle discards them.
+    /// The goals up to this number have ended. The cycle discards answers of the listener about these goals.
     over: u64,
     /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
@@ -134,8 +134,7 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// Stops following the frames of the goals up to this number: these goals no longer move. The listener still answers the requests
-    /// for the poses of goals.
+    /// Stops moving the goals up to this number with their frames. The listener still answers requests for the poses of goals.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {
@@ -153,8 +152,9 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Sensor(frame.to_owned()));
     }
 
-    /// Returns the name and the pose of the last sensor frame that was found. Returns each frame once. First call
-    /// [`answer`](Self::answer) until it returns `None`, because that call receives the frames too.
+    /// Returns the name and the pose of the last sensor frame that was found; `None` if this method has returned that frame before.
+    ///
+    /// First call [`answer`](Self::answer) until it returns `None`: `answer` receives all reports of the listener, also the sensor frames.
     pub fn sensor(&mut self) -> Option<(String, SensorFrame)> {
         self.sensor.take()
     }

@@ -6,7 +6,7 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 use tokio::sync::oneshot;
 
-/// The time for which a service waits until the cycle takes a request.
+/// How long a service waits for the cycle to take its request.
 pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The cycle's reply to a request.

@@ -96,8 +96,8 @@ pub(super) struct Snapshot {
     /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// The law's rate and the largest stable rate [1/s]; `None` if the report already got both since the last change of the
-    /// settings.
+    /// The law's rate and the largest stable rate. One snapshot after each change of the settings has them; in the others, this is
+    /// `None`.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,
@@ -120,8 +120,8 @@ pub(super) struct Snapshots {
     last: Option<Changes>,
     /// The updates of motions to send with the next status.
     updates: MotionUpdates,
-    /// The settings for which the law's rate was last sent, as their count of changes; `None` if the rate was never sent. The rate is
-    /// sent once per change of the settings.
+    /// The number of changes of the settings when the law's rate was last sent; `None` if the rate was never sent. The rate is sent once
+    /// per change of the settings.
     judged: Option<u64>,
     pose: Throttle,
     status: Throttle,
@@ -138,7 +138,7 @@ struct Changes {
     configurations: u64,
 }
 
-/// The error that the report's thread has ended. This happens only by a panic.
+/// The error that the report's thread has ended. The thread ends early only if it panics.
 #[derive(Debug)]
 pub(super) struct ReportEnded;
 

@@ -44,7 +44,7 @@ pub(super) fn tasks<'py>(
 }
 
 /// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
-/// equal. They are measured on other tasks than those of `compare`.
+/// equal. The tasks of this search differ from the tasks of `compare`.
 ///
 /// Raises a ValueError if the law settles in fewer than half of the tasks at every gain.
 #[pyfunction]

@@ -13,8 +13,8 @@ use std::sync::{Mutex, PoisonError};
 
 /// A law that is a Python function, or a Python object with the method `twist` (see [`OwnLaw::remembering`]).
 ///
-/// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
-/// tool to the goal at gain 1.
+/// A function takes the pose of the goal relative to the tool, and returns the twist `(ω, v)` that moves the tool to the goal at
+/// gain 1. Pose and twist are along the base's axes.
 ///
 /// A controller refers to laws by `'static` references. So an `OwnLaw` (some 100 bytes) is never freed. But [`Owned`] frees the
 /// Python object in it.
@@ -85,7 +85,7 @@ impl OwnLaw {
         (Vector3::new(a, b, c), Vector3::new(x, y, z))
     }
 
-    /// Raises the first exception that the law has raised since the last check, if there was one.
+    /// Returns an error if the law has raised a Python exception since the last check. The error is the first such exception.
     pub fn check(&self) -> PyResult<()> {
         let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(Ok(()), Err)

@@ -1,4 +1,4 @@
-//! The servo in fake time.
+//! The servo in simulated time.
 
 use super::arrays::{Numbers, array, slice, wrong};
 use super::joints::JointGoal;
@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 
-/// The servo with all safety rules, in fake time that you provide.
+/// The servo with all safety rules. Time is simulated: your program advances it.
 ///
 /// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
 /// servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.

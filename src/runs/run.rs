@@ -30,9 +30,9 @@ pub struct RecordedRun {
     /// The clearances that the servo reported \[m\], with their times. A clearance is the smallest distance between two parts of
     /// the scene. NaN means that no two parts were near each other.
     pub clearances: Thinned<(f64, f64)>,
-    /// All keep-outs of the run. Each has the first of its shapes, even if its shape changed later.
+    /// The keep-outs of the run, with the shapes that they had first. Later changes of a shape are not stored.
     pub keep_outs: Vec<KeepOut>,
-    /// All keep-ins of the run. Each has the first of its shapes, even if its shape changed later.
+    /// The keep-ins of the run, with the shapes that they had first. Later changes of a shape are not stored.
     pub keep_ins: Vec<KeepOut>,
     /// The time and the kind of the first overlap of the arm with a keep-out or with itself. Overlaps that exist from the start are
     /// ignored.

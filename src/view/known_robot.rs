@@ -1,5 +1,5 @@
-//! The robot that the page shows. Reading its parameters takes a while. Changes that arrive in this time are stored, and applied to
-//! the result.
+//! The robot that the page shows. Reading its parameters takes a while. Changes of parameters that arrive during the reading are
+//! stored, and applied to the parameters that were read.
 
 use super::robot::Robot;
 use dq_messages::ParameterEvent;

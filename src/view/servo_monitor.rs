@@ -37,7 +37,7 @@ pub(super) struct ServoMonitor {
     pub two_arms: bool,
 }
 
-/// The servo's last report.
+/// The servo's latest status report, with the time at which it arrived.
 struct HeardStatus {
     report: StatusReport,
     smallest_singular_value: f64,

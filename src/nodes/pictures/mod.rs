@@ -47,7 +47,7 @@ impl MomentSlot {
     }
 }
 
-/// The publishers of the pictures, and what was published last.
+/// The publishers of the pictures, with the data of the latest pictures.
 struct Pictures {
     slot: MomentSlot,
     markers: Publisher<MarkerArray>,

@@ -144,8 +144,10 @@ class OwnLaw(Protocol):
 class Law:
     """A control law with its gains: one of `laws()`, or your own function or object.
 
-    A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist (angular, linear) that moves the
-    tool to the goal at gain 1: `Law(lambda goal: goal.screw_log())` is logc. An object has a memory: see `OwnLaw` in the stubs.
+    A function takes the pose of the goal relative to the tool, and returns the twist (angular, linear) that moves the tool to the goal
+    at gain 1. Pose and twist are along the base's axes. For example, `Law(lambda goal: goal.screw_log())` is logc.
+
+    A law that remembers values from cycle to cycle is an object: see `OwnLaw` in the stubs.
     """
 
     def __init__(
@@ -176,11 +178,11 @@ class Law:
         """Returns the N×n joint velocities for N×n joint positions and N×8 goals."""
 
     def twist(self, tool_from_goal: Pose) -> Array:
-        """Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm, along the
-        tool's axes."""
+        """Returns the twist (angular, linear) that the law demands of the tool, in the tool frame: gain times error. How closely
+        the tool follows depends on the arm's Jacobian."""
 
 class Servo:
-    """The servo with all safety rules, in fake time that you provide.
+    """The servo with all safety rules. Time is simulated: your program advances it.
 
     Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
     servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.
@@ -334,7 +336,7 @@ def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None 
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
     """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
-    equal. They are measured on other tasks than those of `compare`.
+    equal. The tasks of this search differ from the tasks of `compare`.
 
     Raises a ValueError if the law settles in fewer than half of the tasks at every gain."""
 
