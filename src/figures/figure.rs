@@ -182,7 +182,7 @@ impl Figure {
         self.rows.iter().flatten()
     }
 
-    /// Returns whether all views share one legend: whether one of the views has all entries.
+    /// Returns whether the figure has one legend for all views. This is the case if one of the views has all entries.
     fn shares_legend(&self, all: &[Series]) -> bool {
         self.views().any(|view| all.iter().all(|entry| view.legend().iter().any(|its| is_same(its, entry))))
     }

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The publishers of commands. The node owns them too, so that it can send zeros after the cycle has ended.
+/// The publishers of commands. The cycle and the node share them, so that the node can send zeros after the cycle has ended.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
     /// Whether any command was sent. If not, the node sends no zeros at its end, because another servo may be moving the robot.

@@ -203,7 +203,7 @@ impl EventsRecord {
     }
 }
 
-/// Publishes the cycles that are not published yet. If a fault ended the servo, these last cycles show the cause.
+/// Publishes the recorded cycles that are not published yet. If a fault ended the servo, the last cycles show its cause.
 impl Drop for EventsRecord {
     fn drop(&mut self) {
         // A panic leaves the record of its cycle incomplete.

@@ -232,7 +232,8 @@ impl Report {
             status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }
 
-    /// Warns of a new reason why the arm is not driven, if the state has not changed. A change of state is logged with its reason.
+    /// Logs a warning if the arm is not driven for a new reason, although the state is the same. Another method logs each change of the
+    /// state, with its reason.
     fn log_reason(&mut self, cycle: &Snapshot) {
         let reason = cycle.status.reason;
         let logged = cycle.status.state != self.state;

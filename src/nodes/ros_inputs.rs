@@ -90,7 +90,7 @@ impl RejectedGoals {
     }
 }
 
-/// The parts of [`RosInputs`] that the node creates first.
+/// The parts of [`RosInputs`] that the node creates before [`RosInputs::new`].
 pub(super) struct Sources {
     pub arms: Vec<ArmInput>,
     /// The kinds of the joints.
@@ -156,7 +156,7 @@ pub(super) struct RosInputs {
 }
 
 impl RosInputs {
-    /// Subscribes to the topics of the node, and adds `sources`.
+    /// Creates the inputs: takes over `sources`, and subscribes to the goals, the joint goals and the twists.
     pub fn new(
         setup: &mut NodeSetup,
         sources: Sources,

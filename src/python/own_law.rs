@@ -24,7 +24,7 @@ pub(super) struct OwnLaw {
     /// The number of values in the law's memory, if the law is an object; `None` if it is a function.
     memory: Option<usize>,
     map: Map,
-    /// The first exception that Python raised, until [`Self::check`] raises it in the caller.
+    /// The first exception that the Python law raised since the last call of [`check`](Self::check), which returns and removes it.
     raised: Mutex<Option<PyErr>>,
 }
 

@@ -92,8 +92,8 @@ pub(super) struct RunReader {
 }
 
 impl RunReader {
-    /// Creates the reader of the servo `node` in `namespace`, which ends with a slash. `parameters` are the parameters at the
-    /// start.
+    /// Creates the reader of the servo `node`; `None` if the arm's servo is unknown. `namespace` ends with a slash. `parameters` are in
+    /// force until the servo announces others.
     pub fn new(name: String, namespace: &str, node: Option<String>, parameters: ServoParameters) -> Self {
         let kind = ServoKind::of(&parameters.arms);
         let count = parameters.arms.joint_count();

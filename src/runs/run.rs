@@ -66,8 +66,8 @@ pub struct RecordedRun {
 /// A gap between two joint states divides a run into two parts only if it is longer than this \[s\].
 const APART: f64 = 60.0;
 
-/// A gap between two joint states divides a run only if it is longer than [`APART`], and longer than the recorded duration times
-/// this factor.
+/// A gap between two joint states divides a run into two parts only if it is also longer than this factor times the recorded
+/// duration.
 const FAR: f64 = 10.0;
 
 /// Splits a run at its long gaps: those longer than [`APART`] and longer than [`FAR`] times the recorded duration. The recorded duration

@@ -194,9 +194,10 @@ impl ServoMonitor {
         })
     }
 
-    /// Returns the JSON message that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal
-    /// are in the goal frame. For two arms the goal frame is the frame of the left tool, and `goal_frame` is the pose of the left
-    /// tool.
+    /// Returns the JSON message that shows the state.
+    ///
+    /// Its members `pose` and `servo.goal` are in the goal frame. All other poses are in the base frame. With two arms, the goal frame is
+    /// the frame of the left tool; the member `goal_frame` is the pose of the left tool, and `tool` that of the right tool.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);

@@ -15,7 +15,7 @@ Parameters = Mapping[str, Parameter | Array]
 __version__: str
 
 class Pose:
-    """A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with the other sign."""
+    """A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with all eight numbers negated."""
 
     def __init__(self, translation: ArrayLike, rotation: ArrayLike) -> None:
         """Creates a pose from the translation [m] and the unit quaternion (w, x, y, z), both in the base frame (eq. 13)."""
