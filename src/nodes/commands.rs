@@ -233,8 +233,8 @@ impl Commands {
     }
 }
 
-/// Returns the function to call when the cycle has ended or panicked. If the cycle failed, this function sends zeros. Then it passes
-/// the outcome to `end`.
+/// Returns a function that must be called when the cycle has ended or panicked. If the cycle failed, the returned function sends
+/// zeros. Then it passes the outcome to `end`.
 pub(super) fn on_end(
     commands: Arc<Commands>,
     end: watch::Sender<Option<Outcome>>,

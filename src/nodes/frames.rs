@@ -174,8 +174,9 @@ impl Frames {
         }
     }
 
-    /// Returns the latest motion of the followed goal with its frame, once. First call [`answer`](Self::answer) until it returns
-    /// `None`, because that call receives the motions too.
+    /// Returns the latest motion of the followed goal with its frame; `None` if this method has returned that motion before.
+    ///
+    /// First call [`answer`](Self::answer) until it returns `None`: `answer` receives all reports of the listener, also the motions.
     pub fn motion(&mut self) -> Option<FrameMotion> {
         self.motion.take()
     }

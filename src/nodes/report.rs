@@ -23,7 +23,7 @@ const READERS_INTERVAL: Duration = Duration::from_millis(50);
 /// The shortest time between two warnings of one kind.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Publishes and logs what has changed since the last report.
+/// Publishes and logs the state of the servo from [snapshots](Snapshot). Logs only changes since the previous snapshot.
 pub(super) struct Report {
     outputs: Outputs,
     /// The joint states of each arm.

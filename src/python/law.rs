@@ -95,7 +95,8 @@ impl Law {
         self.controller.gains(law)[..law.gains().names.len()].to_vec()
     }
 
-    /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's dual quaternions q and -q, the nearer one counts.
+    /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. A goal q and its negative -q are the same pose; the law uses the
+    /// nearer one.
     ///
     /// For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion.
     fn step<'py>(

@@ -76,7 +76,8 @@ impl OwnLaw {
         exactly(&twist, "the law's twist")
     }
 
-    /// Returns the twist. If Python raises an exception, keeps the exception and returns NaN, so that no arm moves.
+    /// Calls `twist`, and returns its result. If Python raises an exception, stores the exception for [`check`](Self::check), and returns
+    /// NaN, so that no arm moves.
     fn kept(&self, twist: impl FnOnce(Python<'_>) -> PyResult<[f64; 6]>) -> AngularLinear {
         let [a, b, c, x, y, z] = Python::attach(twist).unwrap_or_else(|why| {
             self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);

@@ -24,7 +24,7 @@ impl Pose {
         Self::checked(UnitDualQuaternion::from_parts(rotation, exactly(&translation, "translation")?.into()))
     }
 
-    /// Returns the pose without rotation and translation.
+    /// Returns the identity pose: no rotation, and no translation.
     #[staticmethod]
     fn identity() -> Self {
         Self(UnitDualQuaternion::identity())

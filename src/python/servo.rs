@@ -140,7 +140,7 @@ impl Servo {
         self.servo.reconfigure(Duration::ZERO).map_err(wrong)
     }
 
-    /// From now on, counts the present wrench as no contact, like `~/tare`.
+    /// Uses the present wrench as the zero of the wrench sensor, like `~/tare`. Nothing may touch the tool meanwhile.
     fn tare(&mut self) {
         self.servo.tare();
     }

@@ -85,7 +85,7 @@ pub(super) struct RunReader {
     /// Whether the servo sent nothing in the last recorded cycle.
     sent_nothing: bool,
     motions: MotionRows,
-    /// The measured motions of a controller that reports none, and the topic of its goals.
+    /// If no servo reports the motions: the motions that this program measures, and the topic of the goals (`None` for a given goal).
     measured: Option<(MeasuredMotions, Option<String>)>,
     /// The error of the first joint state that does not belong to this arm.
     unusable: Option<StateError>,
@@ -504,10 +504,11 @@ fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
 }
 
-/// The topic of joint states. Without the prefix of an arm, it is the topic of the joint states of all arms.
+/// The name of a topic of joint states, after the arm's prefix. The topic of this name without a prefix has the joint states of all arms.
 const JOINT_STATES: &str = "joint_states";
 
-/// Returns whether a topic, without its namespace, belongs to the arm with the prefix `prefix`.
+/// Returns whether a topic has the joint states of, or the commands to, the arm with this prefix. `topic` is the name without the
+/// namespace.
 fn is_of_arm(topic: &str, prefix: &str) -> bool {
     let kinds = [Interface::Velocity, Interface::Position, Interface::Trajectory];
     topic

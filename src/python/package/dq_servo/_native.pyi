@@ -22,7 +22,7 @@ class Pose:
 
     @staticmethod
     def identity() -> Pose:
-        """Returns the pose without rotation and translation."""
+        """Returns the identity pose: no rotation, and no translation."""
 
     @staticmethod
     def from_angle_axis(translation: ArrayLike, angle: float, axis: ArrayLike) -> Pose:
@@ -170,7 +170,8 @@ class Law:
         """The gains of the law: one number, or two numbers if the law has two gains."""
 
     def step(self, chain: Chain, theta: ArrayLike, goal: Pose) -> Array:
-        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's dual quaternions q and -q, the nearer one counts.
+        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. A goal q and its negative -q are the same pose; the law uses the
+        nearer one.
 
         For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion."""
 
@@ -241,7 +242,7 @@ class Servo:
         """
 
     def tare(self) -> None:
-        """From now on, counts the present wrench as no contact, like `~/tare`."""
+        """Uses the present wrench as the zero of the wrench sensor, like `~/tare`. Nothing may touch the tool meanwhile."""
 
     def identify_tool(self) -> None:
         """Begins to identify the mass and the center of mass of the load on the force sensor, like `~/identify_tool` with true."""
