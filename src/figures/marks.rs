@@ -19,8 +19,8 @@ pub struct Mark {
     pub line: Line,
 }
 
-/// The vertical lines at changes in a panel ([`Mark`]). Each has its distance from the left edge of the curves \[px\] and the place
-/// of its name, which is `None` if the name is not written.
+/// The vertical lines at changes in a panel ([`Mark`]). Each comes with its distance from the left edge of the curves \[px\], and with
+/// the place of its name. The place is `None` if the name is not written.
 pub(super) struct NamedMarks<'a> {
     marks: Vec<(&'a Mark, f64, Option<Place>)>,
     lines: usize,

@@ -120,7 +120,8 @@ impl ArmInput {
     }
 }
 
-/// Returns the reason why the node cannot receive from a publisher of joint states, and what the user can do.
+/// Returns a text for the user: why the node cannot receive from a publisher of joint states, and how to mend this. Returns `None` if
+/// the node can receive from all publishers.
 pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     let why = joint_states.unheard()?;
     Some(format!("{why}, or set reliability to auto"))

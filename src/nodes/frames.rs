@@ -21,7 +21,7 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Stop following the frames of earlier goals. If the settings say that goals follow their frames, report from now on how this
+    /// Stop following the frames of earlier goals. If goals follow their frames ([`GoalFrameMode::Follow`]), report from now on how this
     /// goal moves with its frame.
     Follow(FramedGoal),
     /// Stop reporting how goals move with their frames.
@@ -49,7 +49,7 @@ pub(super) struct Frames {
     reports: mpsc::Receiver<Report>,
     /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
-    /// The goals up to this number have ended. The cycle discards answers of the listener about these goals.
+    /// The answers to requests for goals up to this number are discarded, because these goals have ended.
     over: u64,
     /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
@@ -277,7 +277,8 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
-    /// Follows the goal's frame if the settings say that goals follow their frames. Stops following the frames of other goals.
+    /// Stops following the frames of other goals. If goals follow their frames ([`GoalFrameMode::Follow`]), follows the frame of `goal`,
+    /// unless that frame is fixed to the tool.
     fn follow(&mut self, goal: FramedGoal) {
         let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
         self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));

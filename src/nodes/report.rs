@@ -181,8 +181,8 @@ impl Report {
         }
     }
 
-    /// Warns if commands were dropped since the last call. Also warns if other nodes publish commands or have this node's name. Logs
-    /// the latter two warnings only when they change.
+    /// Warns if commands were dropped since the last call. Also warns if other nodes publish commands, and if other nodes have this
+    /// node's name. These two warnings are logged only when they change.
     fn watch_publishers(&mut self) {
         let dropped = self.outputs.commands.dropped();
         if dropped > self.dropped {

@@ -23,7 +23,7 @@ const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 
 /// Two messages count as undelayed if they arrive at least `APART` apart and if their [offsets](Arrival::offset) differ by at most
-/// `JITTER` \[ns\]. Delayed messages would arrive in a burst.
+/// `JITTER` \[ns\]. The times of arrival matter because messages that were held up together arrive in a burst.
 const APART: Duration = Duration::from_millis(100);
 const JITTER: i64 = 50_000_000;
 

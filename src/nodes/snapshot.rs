@@ -96,8 +96,7 @@ pub(super) struct Snapshot {
     /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// The law's rate and the largest stable rate. One snapshot after each change of the settings has them; in the others, this is
-    /// `None`.
+    /// The law's rate and the largest stable rate, in one snapshot after each change of the settings; `None` in all other snapshots.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,

@@ -20,8 +20,8 @@ pub(super) fn laws() -> Vec<&'static str> {
 
 /// A control law with its gains: one of `laws()`, or your own function or object.
 ///
-/// A function takes the pose of the goal relative to the tool, and returns the twist (angular, linear) that moves the tool to the goal
-/// at gain 1. Pose and twist are along the base's axes. For example, `Law(lambda goal: goal.screw_log())` is logc.
+/// A function takes the pose of the goal relative to the tool. It returns the twist (angular, linear) that moves the tool to the goal at
+/// gain 1. Pose and twist are along the base's axes. For example, `Law(lambda goal: goal.screw_log())` is logc.
 ///
 /// A law that remembers values from cycle to cycle is an object: see `OwnLaw` in the stubs.
 #[pyclass(frozen, module = "dq_servo", from_py_object)]

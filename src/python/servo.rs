@@ -23,8 +23,9 @@ use std::time::Duration;
 
 /// The servo with all safety rules. Time is simulated: your program advances it.
 ///
-/// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
-/// servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.
+/// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. If the argument
+/// `right_base` is given, the servo moves two arms, and has the parameters of the node `dq_dual_servo`. Goals and `pose` are then poses
+/// of the right tool relative to the left tool.
 #[pyclass(module = "dq_servo")]
 pub(super) struct Servo {
     servo: servo::Servo,
@@ -156,7 +157,7 @@ impl Servo {
         Ok((mass, array(py, center.as_slice())))
     }
 
-    /// Sets all of these parameters or none, from the next cycle on.
+    /// Changes parameters and, if one is given, the law, from the next cycle on. If anything is invalid, changes nothing.
     #[pyo3(signature = (parameters = None, *, law = None))]
     fn configure(
         &mut self,

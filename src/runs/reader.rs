@@ -33,8 +33,8 @@ const LATE: f64 = 1.0;
 /// The curve of commanded positions has a gap where the servo sent nothing for a while. The gap is drawn this long before the cycle in
 /// which the servo sends commands again \[s\].
 ///
-/// This time is shorter than any pause. It is longer than the difference between the recorded times of a command and of its cycle,
-/// so that the gap comes before the first new command.
+/// This time is shorter than any pause. It is longer than the difference between the recorded times of a command and of its cycle.
+/// So the gap is always before the first new command.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// A motion belongs to the shown part of a run if it begins at most this long before the first joint state of that part \[s\]. Time 0

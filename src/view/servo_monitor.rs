@@ -170,7 +170,7 @@ impl ServoMonitor {
         self.status.as_ref().map(|status| status.at.elapsed())
     }
 
-    /// Returns what the servo is doing, in words.
+    /// Describes the state of the servo in words.
     pub fn words(&self) -> String {
         let heard = self.report().zip(self.silence());
         explain(&self.servo, heard, self.two_arms)

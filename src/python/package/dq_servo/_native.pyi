@@ -144,8 +144,8 @@ class OwnLaw(Protocol):
 class Law:
     """A control law with its gains: one of `laws()`, or your own function or object.
 
-    A function takes the pose of the goal relative to the tool, and returns the twist (angular, linear) that moves the tool to the goal
-    at gain 1. Pose and twist are along the base's axes. For example, `Law(lambda goal: goal.screw_log())` is logc.
+    A function takes the pose of the goal relative to the tool. It returns the twist (angular, linear) that moves the tool to the goal at
+    gain 1. Pose and twist are along the base's axes. For example, `Law(lambda goal: goal.screw_log())` is logc.
 
     A law that remembers values from cycle to cycle is an object: see `OwnLaw` in the stubs.
     """
@@ -185,8 +185,9 @@ class Law:
 class Servo:
     """The servo with all safety rules. Time is simulated: your program advances it.
 
-    Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
-    servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.
+    Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. If the argument
+    `right_base` is given, the servo moves two arms, and has the parameters of the node `dq_dual_servo`. Goals and `pose` are then poses
+    of the right tool relative to the left tool.
     """
 
     def __init__(
@@ -251,7 +252,7 @@ class Servo:
         """Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m]."""
 
     def configure(self, parameters: Parameters | None = None, *, law: Law | None = None) -> None:
-        """Sets all of these parameters or none, from the next cycle on."""
+        """Changes parameters and, if one is given, the law, from the next cycle on. If anything is invalid, changes nothing."""
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -351,8 +352,8 @@ def compare(
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
     parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric, with NaN for missing values, and
-    with the list `outcome`, which has the outcome of each task.
+    """Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric; missing values are NaN. The item
+    `outcome` of the dict is a list with the outcome of each task.
 
     `parameters` are additional parameters of the servo, by their ROS names. They change the arm, but not the law or its gains.
     """
