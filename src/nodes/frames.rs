@@ -17,7 +17,7 @@ use tokio::time::{Instant, sleep_until};
 
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// A request of the cycle to the listener, which is the thread that looks frames up.
+/// A request of the cycle to the [`Listener`], which looks frames up.
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
@@ -182,7 +182,7 @@ impl Frames {
     }
 }
 
-/// The state of the listener, the thread that receives TF and looks frames up.
+/// Receives TF and looks frames up, in a task outside the cycle's thread.
 struct Listener {
     tf: Subscription<TFMessage>,
     tf_static: Subscription<TFMessage>,

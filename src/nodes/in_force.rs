@@ -27,7 +27,7 @@ struct Current {
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
-    /// The text about keep-outs of `~/keep_out` that are not obeyed, or not fully.
+    /// The text about keep-outs of `~/keep_out` that are not obeyed, or no longer move with their frames.
     refused: Option<String>,
     /// The scenes that the cycle may still use. A scene that the cycle has dropped is freed here, outside the cycle's thread.
     scenes: Vec<Arc<Scene>>,

@@ -229,7 +229,7 @@ impl Snapshots {
     }
 }
 
-/// Returns the two publishers in conflict, with `None` for an unknown publisher. If `reason` is not a conflict, both are `None`.
+/// Returns the two publishers in conflict, if `reason` is such a conflict. An unknown publisher is `None`.
 fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {

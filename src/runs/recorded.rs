@@ -104,7 +104,8 @@ pub fn recorded_toward(
     Ok(Recorded { runs, warnings, losses })
 }
 
-/// Creates the error for a run without any goal on `topic`. The error names other topics of the bag that have the type of goals.
+/// Creates the error for a run without any goal on `topic`. The error suggests the other topics of the bag whose message type is
+/// [`GOAL`].
 fn no_goals(run: &str, topic: &str, announced: &Announced) -> RunError {
     let with_goals = announced.topics().iter().filter(|topic| topic.message == GOAL);
     let others: Vec<_> =

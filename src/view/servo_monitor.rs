@@ -176,7 +176,8 @@ impl ServoMonitor {
         explain(&self.servo, heard, self.two_arms)
     }
 
-    /// Returns a sample in the page's format: the present state of the arm, with `time`, the time since its motion began \[s\].
+    /// Returns the present state of the arm, in the format in which the page stores samples of a motion. `time` is the time since the
+    /// motion began \[s\].
     pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
