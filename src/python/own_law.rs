@@ -13,8 +13,8 @@ use std::sync::{Mutex, PoisonError};
 
 /// A law that is a Python function, or a Python object with the method `twist` (see [`OwnLaw::remembering`]).
 ///
-/// A function takes the pose of the goal relative to the tool. It returns the twist `(ω, v)` that moves the tool to the goal at gain
-/// 1. Pose and twist are along the base's axes.
+/// A function takes the pose of the goal relative to the tool. It returns the twist `(ω, v)` that moves the tool to the goal at
+/// gain 1. Pose and twist are along the base's axes.
 ///
 /// A controller refers to laws by `'static` references. So an `OwnLaw` (some 100 bytes) is never freed. But [`Owned`] frees the
 /// Python object in it.
