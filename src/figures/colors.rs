@@ -32,7 +32,8 @@ pub fn law_color(law: Law) -> Color {
     style(law).0
 }
 
-/// Returns the line style of a law. It distinguishes the laws even in print without color.
+/// Returns the line style of a law. Built-in laws of the same hue have different line styles, so that readers of a print without color
+/// can distinguish them.
 pub fn law_line(law: Law) -> Line {
     style(law).1
 }

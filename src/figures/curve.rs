@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-/// Returns a curve without the points that are too close to the previous remaining point: their `distance` is less than 1. Keeps
-/// the first and the last point.
+/// Returns a copy of a curve with fewer points. Leaves out each point whose `distance` from the previous kept point is less than 1.
+/// Keeps the first and the last point.
 pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) -> Vec<P> {
     let mut kept: Vec<P> = Vec::new();
     for (i, point) in points.iter().enumerate() {

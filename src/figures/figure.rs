@@ -182,12 +182,12 @@ impl Figure {
         self.rows.iter().flatten()
     }
 
-    /// Returns whether all views share one legend: whether one of the views has all entries.
+    /// Returns whether the figure has one legend for all views. This is the case if one of the views has all entries.
     fn shares_legend(&self, all: &[Series]) -> bool {
         self.views().any(|view| all.iter().all(|entry| view.legend().iter().any(|its| is_same(its, entry))))
     }
 
-    /// Returns the entries of the shared legend, from `all` entries. Returns an empty list if the panels do not share a legend.
+    /// Returns the entries of the shared legend. `all` are the entries of all views. Returns an empty list if the views share no legend.
     ///
     /// If curves are named at their ends, a screen needs no legend. On paper, letters mark the ends, and the legend explains the
     /// letters.

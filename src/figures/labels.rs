@@ -18,7 +18,8 @@ const RADII: [f64; 4] = [9.0, 26.0, 46.0, 70.0];
 const DIRECTIONS: u32 = 12;
 
 impl Labels {
-    /// Creates the state for names within a rectangle. `obstacles` are points of the drawing, and `taken` are occupied areas.
+    /// Creates a `Labels` that places names within the rectangle `within`. `obstacles` are points of the drawing, and `taken` are
+    /// occupied areas.
     pub fn new(within: Rectangle, obstacles: Vec<Point>, taken: Vec<Rectangle>) -> Self {
         Self { within, obstacles, taken }
     }

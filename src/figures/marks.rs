@@ -19,8 +19,8 @@ pub struct Mark {
     pub line: Line,
 }
 
-/// The vertical lines at changes in a panel ([`Mark`]). Each has its distance from the left edge of the curves \[px\] and the place
-/// of its name, which is `None` if the name is not written.
+/// The vertical lines at changes in a panel ([`Mark`]). Each comes with its distance from the left edge of the curves \[px\], and with
+/// the place of its name. The place is `None` if the name is not written.
 pub(super) struct NamedMarks<'a> {
     marks: Vec<(&'a Mark, f64, Option<Place>)>,
     lines: usize,
@@ -40,9 +40,11 @@ const BEYOND: f64 = 14.0;
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
-    /// Finds places at which the names overlap neither each other nor a mark. If the name of a mark with a solid line has no place,
-    /// only marks with solid lines get names. `marks` yields each mark with its distance from the left edge of the curves \[px\].
-    /// The curves are `width` wide \[px\].
+    /// Finds places at which the names overlap neither each other nor a mark. `marks` yields each mark with its distance from the left
+    /// edge of the curves \[px\]. `width` is the width of the curves \[px\].
+    ///
+    /// Names without a place are not written. Solid marks come first: if the name of a solid mark has no place, this function starts
+    /// again, and places only the names of solid marks.
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));

@@ -120,7 +120,8 @@ impl ArmInput {
     }
 }
 
-/// Returns the reason why the node cannot receive from a publisher of joint states, and what the user can do.
+/// Returns a text for the user: why the node cannot receive from a publisher of joint states, and how to mend this. Returns `None` if
+/// the node can receive from all publishers.
 pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     let why = joint_states.unheard()?;
     Some(format!("{why}, or set reliability to auto"))
@@ -129,8 +130,8 @@ pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
 /// Converts a published speed scaling, a percentage or a fraction, to a fraction from 0 to 1.
 ///
 /// `ur_robot_driver` publishes a percentage (`speed_scaling_state_broadcaster.cpp` multiplies by 100), although its documentation
-/// says 0 to 1. Values up to 1 count as fractions. They cannot be percentages, because the servo treats a robot at 1 % of its speed
-/// as one that does not follow.
+/// says 0 to 1. Values up to 1 count as fractions. So percentages up to 1 % are misread. They do not matter, because the servo treats
+/// a robot at 1 % of its speed as one that does not follow.
 fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }

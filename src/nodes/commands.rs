@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The publishers of commands. The node owns them too, so that it can send zeros after the cycle has ended.
+/// The publishers of commands. The cycle and the node share them, so that the node can send zeros after the cycle has ended.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
     /// Whether any command was sent. If not, the node sends no zeros at its end, because another servo may be moving the robot.
@@ -233,8 +233,8 @@ impl Commands {
     }
 }
 
-/// Returns the function to call when the cycle has ended or panicked. If the cycle failed, this function sends zeros. Then it passes
-/// the outcome to `end`.
+/// Returns a function that must be called when the cycle has ended or panicked. If the cycle failed, the returned function sends
+/// zeros. Then it passes the outcome to `end`.
 pub(super) fn on_end(
     commands: Arc<Commands>,
     end: watch::Sender<Option<Outcome>>,

@@ -1,4 +1,5 @@
-//! The robot description from a topic: the servo waits for the description before the start, and watches the topic while running.
+//! The robot description from a topic. A servo without a robot description in its parameters waits for this topic before it starts.
+//! A running servo warns if the topic describes another arm.
 
 use super::throttle::Throttle;
 use super::{NodeArguments, NodeError, Prepared};
@@ -16,12 +17,12 @@ use tokio::time::{Instant, interval};
 /// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// The shortest time after which a warning is repeated: that the node waits for a description, or that a new description is not
-/// used.
+/// The shortest time between two warnings that the node waits for a description, and between two warnings that a new description is
+/// not used.
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> NodeArguments<P> {
-    /// Waits for a robot description on `session`, and prepares the node from it and the command line.
+    /// Waits for a message on the topic `robot_description`, and prepares the node from the description and the command line.
     ///
     /// # Errors
     /// [`NodeError`] if the description has no arm between the base frame and the tool frame, or if the network fails.

@@ -1,5 +1,5 @@
-//! Publishes the record for replay on `~/events` while somebody subscribes. The record has what the servo received and sent in each
-//! cycle.
+//! Publishes the record for replay on `~/events` while somebody subscribes. The record has the inputs and the output of the servo in
+//! each cycle.
 //!
 //! Recording does not change the servo. For each new subscriber, and once per [`STATE_INTERVAL`], the record includes the servo's
 //! saved state, so that a replay can begin there. One message holds several cycles, because the readers of rosbag2 keep only ten
@@ -203,7 +203,7 @@ impl EventsRecord {
     }
 }
 
-/// Publishes the cycles that are not published yet. If a fault ended the servo, these last cycles show the cause.
+/// Publishes the recorded cycles that are not published yet. If a fault ended the servo, the last cycles show its cause.
 impl Drop for EventsRecord {
     fn drop(&mut self) {
         // A panic leaves the record of its cycle incomplete.

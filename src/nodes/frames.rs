@@ -17,11 +17,11 @@ use tokio::time::{Instant, sleep_until};
 
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// A request of the cycle to the listener, which is the thread that looks frames up.
+/// A request of the cycle to the [`Listener`], which looks frames up.
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Stop following the frames of earlier goals. If the settings say that goals follow their frames, report from now on how this
+    /// Stop following the frames of earlier goals. If goals follow their frames ([`GoalFrameMode::Follow`]), report from now on how this
     /// goal moves with its frame.
     Follow(FramedGoal),
     /// Stop reporting how goals move with their frames.
@@ -49,7 +49,7 @@ pub(super) struct Frames {
     reports: mpsc::Receiver<Report>,
     /// The number of the last goal whose pose the cycle asked for.
     asked: u64,
-    /// The goals up to this number have ended. If the listener still sends their poses, the cycle discards them.
+    /// The answers to requests for goals up to this number are discarded, because these goals have ended.
     over: u64,
     /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
@@ -134,8 +134,7 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// Stops following the frames of the goals up to this number: these goals no longer move. The listener still answers the requests
-    /// for the poses of goals.
+    /// Stops moving the goals up to this number with their frames. The listener still answers requests for the poses of goals.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {
@@ -153,8 +152,9 @@ impl Frames {
         let _ = self.asks.send(FrameRequest::Sensor(frame.to_owned()));
     }
 
-    /// Returns the name and the pose of the last sensor frame that was found. Returns each frame once. First call
-    /// [`answer`](Self::answer) until it returns `None`, because that call receives the frames too.
+    /// Returns the name and the pose of the last sensor frame that was found; `None` if this method has returned that frame before.
+    ///
+    /// First call [`answer`](Self::answer) until it returns `None`: `answer` receives all reports of the listener, also the sensor frames.
     pub fn sensor(&mut self) -> Option<(String, SensorFrame)> {
         self.sensor.take()
     }
@@ -174,14 +174,15 @@ impl Frames {
         }
     }
 
-    /// Returns the latest motion of the followed goal with its frame, once. First call [`answer`](Self::answer) until it returns
-    /// `None`, because that call receives the motions too.
+    /// Returns the latest motion of the followed goal with its frame; `None` if this method has returned that motion before.
+    ///
+    /// First call [`answer`](Self::answer) until it returns `None`: `answer` receives all reports of the listener, also the motions.
     pub fn motion(&mut self) -> Option<FrameMotion> {
         self.motion.take()
     }
 }
 
-/// The state of the listener, the thread that receives TF and looks frames up.
+/// Receives TF and looks frames up, in a task outside the cycle's thread.
 struct Listener {
     tf: Subscription<TFMessage>,
     tf_static: Subscription<TFMessage>,
@@ -276,7 +277,8 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
-    /// Follows the goal's frame if the settings say that goals follow their frames. Stops following the frames of other goals.
+    /// Stops following the frames of other goals. If goals follow their frames ([`GoalFrameMode::Follow`]), follows the frame of `goal`,
+    /// unless that frame is fixed to the tool.
     fn follow(&mut self, goal: FramedGoal) {
         let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
         self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));

@@ -28,8 +28,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The duration of the trajectory that stops the arm.
 const STAND: Duration = Duration::from_millis(20);
 
-/// How long the guard waits after the request to end, before it logs that the arm still needs the guard. Without this wait, it would
-/// log this at the end of every launch: servo and guard end together, and the servo still sends a few commands.
+/// The time from the request to end until the guard logs that it still watches a moving arm. At the end of a launch, servo and guard
+/// are asked to end together, and the servo still sends a few commands. During this time, that is normal, and nothing is logged.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.
@@ -74,7 +74,7 @@ impl GuardNode {
     /// Waits until the arm no longer needs the guard, and then ends the node. If the servo was killed just before, for example at the
     /// end of a launch, the guard still stops the arm.
     ///
-    /// Returns false if the arm was still commanded to move after the longest time that the shutdown of a servo takes.
+    /// Returns false if the arm still needs the guard after the longest time that the shutdown of a servo takes.
     pub async fn shut_down(mut self) -> bool {
         if tokio::time::timeout(SERVO_ENDS, self.needed.wait_for(|needed| !needed)).await.is_err() {
             self.node

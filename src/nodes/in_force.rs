@@ -23,11 +23,11 @@ pub(super) struct InForce {
 struct Current {
     /// The settings without the keep-outs in `drawn`.
     settings: Settings,
-    /// The number of keep-outs and keep-ins in the parameters that the servo does not check because constraints are off.
+    /// The number of keep-outs and keep-ins in the parameters, if the servo ignores them because constraints are off; otherwise 0.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
-    /// The text about keep-outs of `~/keep_out` that are not obeyed, or not fully.
+    /// The text about keep-outs of `~/keep_out` that are not obeyed, or no longer move with their frames.
     refused: Option<String>,
     /// The scenes that the cycle may still use. A scene that the cycle has dropped is freed here, outside the cycle's thread.
     scenes: Vec<Arc<Scene>>,
@@ -44,8 +44,8 @@ pub(super) struct NotObeyed {
 
 impl InForce {
     /// Creates the settings in force of a servo of this kind. The cycle already uses `settings`, which come from the parameters and
-    /// have no keep-outs of `~/keep_out` yet. `idle` is the number of keep-outs and keep-ins in the parameters that the servo does
-    /// not check. `requests` sends later settings to the cycle.
+    /// have no keep-outs of `~/keep_out` yet. `idle` is the number of keep-outs and keep-ins in the parameters, if the servo ignores
+    /// them; otherwise 0. `requests` sends later settings to the cycle.
     pub fn new(
         settings: Settings,
         idle: usize,
@@ -58,7 +58,7 @@ impl InForce {
         Self { now: Mutex::new(now), requests, kind }
     }
 
-    /// Applies `parameters`. `store` has the same parameters, and `changes` are the changes that led to them.
+    /// Applies `parameters`. `store` has the same parameters. `changes` are the changes since the previous call, for the record.
     ///
     /// # Errors
     /// The reason why the parameters are refused.
@@ -120,13 +120,13 @@ impl InForce {
         self.lock().refused = refused;
     }
 
-    /// Returns how many keep-outs of `~/keep_out` the servo can obey at most with the present parameters.
+    /// Returns the largest number of keep-outs of `~/keep_out` that the servo can obey with the present parameters.
     pub fn room(&self) -> usize {
         let now = self.lock();
         now.settings.scene.as_ref().map_or(MOST_KEEP_OUTS.saturating_sub(now.idle), |scene| scene.room())
     }
 
-    /// Returns how long to wait for the frame of a keep-out of `~/keep_out`. The frames of goals have the same limit.
+    /// Returns how long to wait for the frame of a keep-out of `~/keep_out`: as long as for the frame of a goal.
     pub fn patience(&self) -> Duration {
         self.lock().settings.goal_frames.tf_timeout
     }

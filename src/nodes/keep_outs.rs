@@ -142,7 +142,7 @@ impl DrawnKeepOuts {
     }
 }
 
-/// Returns a text that says why a keep-out is not obeyed, or not fully.
+/// Returns a text that says why a keep-out is not obeyed, or why it no longer moves with its frame.
 fn said(KeepOutKey { namespace, id }: &KeepOutKey, why: &KeepOutRefused) -> String {
     let how = if matches!(why, KeepOutRefused::Silent(_)) { "does not move" } else { "is not obeyed" };
     cut(&format!("{:?} {id} of ~/keep_out {how}: {why}", shown(namespace, NAME))).into_owned()

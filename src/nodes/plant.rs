@@ -328,8 +328,8 @@ fn describe_rows(
     Ok((Description { arm, beside: Vec::new() }, text))
 }
 
-/// Returns the transform from a joint's parent link to its child link at the start position. Both names get the frame prefix. The
-/// names in the robot description have no prefix, because its users add the prefix themselves.
+/// Returns the transform from a joint's parent link to its child link at the start position. Both link names get `frame_prefix`. In
+/// the published robot description, the link names have no prefix: programs that read the description add the prefix themselves.
 fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
         header: clock.header(&format!("{frame_prefix}{}", joint.parent)),

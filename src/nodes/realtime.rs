@@ -69,7 +69,7 @@ pub fn below<R: Send>(priority: u8, make: impl FnOnce() -> R + Send) -> Result<R
     made.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Gives the calling thread SCHED_FIFO with priority `own`. Errors name the requested priority `asked`.
+/// Gives the calling thread SCHED_FIFO with priority `own`. `asked` is the value of the parameter `realtime_priority`, for errors.
 fn schedule(own: u8, asked: u8) -> Result<(), RealtimeError> {
     let refused = |why| RealtimeError::Priority { priority: asked, why };
     let value = ThreadPriority::try_from(own).map_err(|why| refused(SystemError::other(why)))?;

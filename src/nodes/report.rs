@@ -23,7 +23,7 @@ const READERS_INTERVAL: Duration = Duration::from_millis(50);
 /// The shortest time between two warnings of one kind.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Publishes and logs what has changed since the last report.
+/// Publishes and logs the state of the servo from [snapshots](Snapshot). Logs only changes since the previous snapshot.
 pub(super) struct Report {
     outputs: Outputs,
     /// The joint states of each arm.
@@ -181,8 +181,8 @@ impl Report {
         }
     }
 
-    /// Warns if commands were dropped since the last call. Also warns if other nodes publish commands or have this node's name. Logs
-    /// the latter two warnings only when they change.
+    /// Warns if commands were dropped since the last call. Also warns if other nodes publish commands, and if other nodes have this
+    /// node's name. These two warnings are logged only when they change.
     fn watch_publishers(&mut self) {
         let dropped = self.outputs.commands.dropped();
         if dropped > self.dropped {
@@ -232,7 +232,8 @@ impl Report {
             status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }
 
-    /// Warns of a new reason why the arm is not driven, if the state has not changed. A change of state is logged with its reason.
+    /// Logs a warning if the arm is not driven for a new reason, although the state is the same. Another method logs each change of the
+    /// state, with its reason.
     fn log_reason(&mut self, cycle: &Snapshot) {
         let reason = cycle.status.reason;
         let logged = cycle.status.state != self.state;

@@ -6,7 +6,7 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 use tokio::sync::oneshot;
 
-/// The time for which a service waits until the cycle takes a request.
+/// How long a service waits for the cycle to take its request.
 pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The cycle's reply to a request.
@@ -14,7 +14,8 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 pub(super) struct Reply(oneshot::Sender<Result<Option<String>, Rejection>>);
 
 impl Reply {
-    /// Replies that the cycle takes the request. Returns false if the service has already answered that the request was not taken.
+    /// Replies that the cycle takes the request. Returns false if the service no longer waits: it has already answered that the request
+    /// was not taken.
     pub fn taken(self) -> bool {
         self.0.send(Ok(None)).is_ok()
     }
@@ -25,7 +26,7 @@ impl Reply {
         let _ = self.0.send(Err(why));
     }
 
-    /// Replies with the servo's answer `taken`: that the request is taken, or the reason why it is refused.
+    /// Replies that the request is taken if `taken` is `Ok`, otherwise with the reason why it is refused.
     pub fn answer(self, taken: Result<bool, Rejection>) {
         match taken {
             Ok(_) => drop(self.taken()),

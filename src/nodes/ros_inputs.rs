@@ -32,7 +32,7 @@ pub(super) enum Request {
     /// Pause (true) or resume (false). The duration is the time since the request was sent.
     Pause(bool, Duration, Reply),
     Stop(Reply),
-    /// Count the present wrench as no contact.
+    /// Use the present wrench as the zero of the wrench sensor, on the assumption that nothing touches the tool.
     Tare(Reply),
     /// Begin (true) or end (false) the identification of the load on the wrench sensor.
     IdentifyTool(bool, Reply),
@@ -90,7 +90,7 @@ impl RejectedGoals {
     }
 }
 
-/// The parts of [`RosInputs`] that the node creates first.
+/// The parts of [`RosInputs`] that the node creates before [`RosInputs::new`].
 pub(super) struct Sources {
     pub arms: Vec<ArmInput>,
     /// The kinds of the joints.
@@ -156,7 +156,7 @@ pub(super) struct RosInputs {
 }
 
 impl RosInputs {
-    /// Subscribes to the topics of the node, and adds `sources`.
+    /// Creates the inputs: takes over `sources`, and subscribes to the goals, the joint goals and the twists.
     pub fn new(
         setup: &mut NodeSetup,
         sources: Sources,
@@ -274,7 +274,8 @@ impl JointGoals {
     }
 }
 
-/// Converts goal number `number`, which was sent at `came`, for the lookup of the goal's frame.
+/// Converts a goal to the form in which the listener takes it to look up the goal's frame. `number` is the number of the goal, and
+/// `came` is the time at which it was sent.
 fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
     let GoalReading { position, orientation_xyzw, frame_id, stamp, sent, .. } = *goal;
     let pose = Goal::new(position, orientation_xyzw, "", "")?;

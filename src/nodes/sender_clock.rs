@@ -10,19 +10,20 @@
 
 use std::time::Duration;
 
-/// The longest time for which a writer keeps messages for an unreachable reader \[ns\]. This is several times the lease after which
-/// the writer drops the reader. The lease is 50 s for nodes of this program, 10 s for Cyclone DDS and 20 s for Fast DDS. A larger
-/// offset means that the clocks do not agree.
+/// The largest possible age of a message \[ns\]. If the [offset](Arrival::offset) of a message is larger, the clocks do not agree.
+///
+/// A message becomes old while its writer keeps it for an unreachable reader. The writer drops the reader after a lease of 50 s (nodes
+/// of this program), 10 s (Cyclone DDS) or 20 s (Fast DDS). `KEPT` is several times as long.
 const KEPT: i64 = 300_000_000_000;
 
-/// The largest relative drift between two clocks. After the fastest message, the clocks may drift apart by `DRIFT` times the
-/// elapsed time. They drift by at most `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther apart. A message whose
+/// The limits of the drift between two clocks. In the time t after the sender's fastest message, the clocks drift apart by at most
+/// `DRIFT` · t. Clocks that are synchronized do not drift farther apart than `MOST_DRIFT` \[ns\], however long t is. A message whose
 /// apparent delay is within this drift counts as undelayed.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 
 /// Two messages count as undelayed if they arrive at least `APART` apart and if their [offsets](Arrival::offset) differ by at most
-/// `JITTER` \[ns\]. Delayed messages would arrive in a burst.
+/// `JITTER` \[ns\]. The times of arrival matter because messages that were held up together arrive in a burst.
 const APART: Duration = Duration::from_millis(100);
 const JITTER: i64 = 50_000_000;
 

@@ -54,10 +54,10 @@ pub enum ShutdownError {
     NoAnswer,
 }
 
-/// How a cycle ended.
+/// The result of a cycle: an error if the node did not end properly.
 pub(super) type Outcome = Result<(), ShutdownError>;
 
-/// What the cycle has to do during the shutdown.
+/// The action of the cycle in one period of the shutdown.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
     /// Send the servo's command, which decelerates.

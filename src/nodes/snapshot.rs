@@ -96,8 +96,7 @@ pub(super) struct Snapshot {
     /// The keep-outs and keep-ins.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// The law's rate and the largest stable rate [1/s]; `None` if the report already got both since the last change of the
-    /// settings.
+    /// The law's rate and the largest stable rate, in one snapshot after each change of the settings; `None` in all other snapshots.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,
@@ -120,8 +119,8 @@ pub(super) struct Snapshots {
     last: Option<Changes>,
     /// The updates of motions to send with the next status.
     updates: MotionUpdates,
-    /// The settings for which the law's rate was last sent, as their count of changes; `None` if the rate was never sent. The rate is
-    /// sent once per change of the settings.
+    /// The number of changes of the settings when the law's rate was last sent; `None` if the rate was never sent. The rate is sent once
+    /// per change of the settings.
     judged: Option<u64>,
     pose: Throttle,
     status: Throttle,
@@ -138,7 +137,7 @@ struct Changes {
     configurations: u64,
 }
 
-/// The error that the report's thread has ended. This happens only by a panic.
+/// The error that the report's thread has ended. The thread ends early only if it panics.
 #[derive(Debug)]
 pub(super) struct ReportEnded;
 
@@ -230,7 +229,7 @@ impl Snapshots {
     }
 }
 
-/// Returns the two publishers in conflict, with `None` for an unknown publisher. If `reason` is not a conflict, both are `None`.
+/// Returns the two publishers in conflict, if `reason` is such a conflict. An unknown publisher is `None`.
 fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {

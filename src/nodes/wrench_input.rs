@@ -22,7 +22,7 @@ pub(super) struct WrenchInput {
     wrench: WrenchStamped,
     senders: Senders,
     clock: Clock,
-    /// The frames in which a wrench needs no lookup: the tool's and the base's.
+    /// The names of the tool frame and of the base frame. A wrench in one of these frames needs no lookup in TF.
     own: [String; 2],
     /// The name of the last sensor frame that is not in `own`, and the pose of this frame according to TF. The pose is `None` until
     /// TF has answered.

@@ -38,7 +38,7 @@ impl<'a, 'py, D: Dimension + 'py> FromPyObject<'a, 'py> for Like<'py, D> {
     }
 }
 
-/// Converts an error to a Python `ValueError` with this crate's message.
+/// Creates a Python `ValueError` whose message is `why`.
 pub(super) fn wrong(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }

@@ -1,4 +1,4 @@
-//! The engine of the comparison: laws in closed loops, on the tasks of `dq_servo compare`.
+//! Runs laws in simulated closed loops, on the tasks of `dq_servo compare`.
 
 use super::arrays::{table, wrong};
 use super::law::Law;
@@ -44,7 +44,7 @@ pub(super) fn tasks<'py>(
 }
 
 /// Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
-/// equal. They are measured on other tasks than those of `compare`.
+/// equal. The tasks of this search differ from the tasks of `compare`.
 ///
 /// Raises a ValueError if the law settles in fewer than half of the tasks at every gain.
 #[pyfunction]
@@ -61,8 +61,8 @@ pub(super) fn settling_gain(
     gain.map_err(wrong)
 }
 
-/// Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric, with NaN for missing values, and
-/// with the list `outcome`, which has the outcome of each task.
+/// Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric; missing values are NaN. The item
+/// `outcome` of the dict is a list with the outcome of each task.
 ///
 /// `parameters` are additional parameters of the servo, by their ROS names. They change the arm, but not the law or its gains.
 #[pyfunction]

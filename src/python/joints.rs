@@ -4,7 +4,7 @@ use super::arrays::{Numbers, slice, wrong};
 use pyo3::prelude::*;
 use std::collections::HashMap;
 
-/// A joint goal from Python \[rad, prismatic: m\]: positions by joint name, or the positions of all joints in their order.
+/// A joint goal from Python \[rad, prismatic: m\]: a dict of positions by joint name, or a list with the position of every joint.
 #[derive(FromPyObject)]
 pub(super) enum JointGoal<'py> {
     Named(HashMap<String, f64>),
@@ -12,7 +12,7 @@ pub(super) enum JointGoal<'py> {
 }
 
 impl JointGoal<'_> {
-    /// Returns the goal of each of `joints`, the names of all joints in their order; `None` for a joint that the goal does not name.
+    /// Returns the goals of all joints, in the order of their names in `joints`. A joint that the goal does not name gets `None`.
     pub fn positions(&self, joints: &[String]) -> PyResult<Vec<Option<f64>>> {
         let named = match self {
             JointGoal::All(positions) => return Ok(slice(positions).iter().copied().map(Some).collect()),

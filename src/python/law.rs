@@ -20,8 +20,10 @@ pub(super) fn laws() -> Vec<&'static str> {
 
 /// A control law with its gains: one of `laws()`, or your own function or object.
 ///
-/// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist (angular, linear) that moves the
-/// tool to the goal at gain 1: `Law(lambda goal: goal.screw_log())` is logc. An object has a memory: see `OwnLaw` in the stubs.
+/// A function takes the pose of the goal relative to the tool. It returns the twist (angular, linear) that moves the tool to the goal at
+/// gain 1. Pose and twist are along the base's axes. For example, `Law(lambda goal: goal.screw_log())` is logc.
+///
+/// A law that remembers values from cycle to cycle is an object: see `OwnLaw` in the stubs.
 #[pyclass(frozen, module = "dq_servo", from_py_object)]
 #[derive(Clone)]
 pub(super) struct Law {
@@ -93,7 +95,8 @@ impl Law {
         self.controller.gains(law)[..law.gains().names.len()].to_vec()
     }
 
-    /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's dual quaternions q and -q, the nearer one counts.
+    /// Returns joint velocities [rad/s, prismatic: m/s] toward the goal. A goal q and its negative -q are the same pose; the law uses the
+    /// nearer one.
     ///
     /// For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion.
     fn step<'py>(
@@ -144,8 +147,8 @@ impl Law {
         table(py, numbers.map_err(|why: String| wrong(why))?, joints)
     }
 
-    /// Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm, along the
-    /// tool's axes.
+    /// Returns the twist (angular, linear) that the law demands of the tool, in the tool frame: gain times error. How closely
+    /// the tool follows depends on the arm's Jacobian.
     fn twist<'py>(&self, py: Python<'py>, tool_from_goal: &Pose) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let twist = self.controller.body_twist(&tool_from_goal.0.inverse());
         self.check()?;
@@ -179,7 +182,7 @@ impl Law {
         self.controller.joint_velocity(arm, &goal, speeds);
     }
 
-    /// Raises the exception that a Python law raised in a call, if there was one.
+    /// Returns an error if the user's own law has raised a Python exception since the last check. The error is that exception.
     pub fn check(&self) -> PyResult<()> {
         self.own.as_ref().map_or(Ok(()), |own| own.law().check())
     }

@@ -1,5 +1,5 @@
-//! The Rust part of the Python package, the module `dq_servo._native`: poses, chains, laws, the servo in fake time, bags, and the
-//! comparison of laws. Arrays are numpy arrays. Errors are `ValueError`s with this crate's messages.
+//! The module `dq_servo._native`, which is the Rust part of the Python package: poses, chains, laws, the servo in simulated time,
+//! bags, and the comparison of laws. Arrays are numpy arrays. Errors of the Rust crates become `ValueError`s with the same message.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

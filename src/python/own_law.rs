@@ -13,8 +13,8 @@ use std::sync::{Mutex, PoisonError};
 
 /// A law that is a Python function, or a Python object with the method `twist` (see [`OwnLaw::remembering`]).
 ///
-/// A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist `(ω, v)` that moves the
-/// tool to the goal at gain 1.
+/// A function takes the pose of the goal relative to the tool. It returns the twist `(ω, v)` that moves the tool to the goal at
+/// gain 1. Pose and twist are along the base's axes.
 ///
 /// A controller refers to laws by `'static` references. So an `OwnLaw` (some 100 bytes) is never freed. But [`Owned`] frees the
 /// Python object in it.
@@ -24,7 +24,7 @@ pub(super) struct OwnLaw {
     /// The number of values in the law's memory, if the law is an object; `None` if it is a function.
     memory: Option<usize>,
     map: Map,
-    /// The first exception that Python raised, until [`Self::check`] raises it in the caller.
+    /// The first exception that the Python law raised since the last call of [`check`](Self::check), which returns and removes it.
     raised: Mutex<Option<PyErr>>,
 }
 
@@ -76,7 +76,8 @@ impl OwnLaw {
         exactly(&twist, "the law's twist")
     }
 
-    /// Returns the twist. If Python raises an exception, keeps the exception and returns NaN, so that no arm moves.
+    /// Calls `twist`, and returns its result. If Python raises an exception, stores the exception for [`check`](Self::check), and returns
+    /// NaN, so that no arm moves.
     fn kept(&self, twist: impl FnOnce(Python<'_>) -> PyResult<[f64; 6]>) -> AngularLinear {
         let [a, b, c, x, y, z] = Python::attach(twist).unwrap_or_else(|why| {
             self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
@@ -85,7 +86,7 @@ impl OwnLaw {
         (Vector3::new(a, b, c), Vector3::new(x, y, z))
     }
 
-    /// Raises the first exception that the law has raised since the last check, if there was one.
+    /// Returns an error if the law has raised a Python exception since the last check. The error is the first such exception.
     pub fn check(&self) -> PyResult<()> {
         let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(Ok(()), Err)

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 /// A 3×3 matrix `R` can be a rotation only if each element of `RᵀR` differs from the identity's by less than this.
 const ORTHOGONAL: f64 = 1e-6;
 
-/// A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with the other sign.
+/// A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with all eight numbers negated.
 #[pyclass(frozen, eq, module = "dq_servo", from_py_object)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pose(pub UnitDualQuaternion);
@@ -24,7 +24,7 @@ impl Pose {
         Self::checked(UnitDualQuaternion::from_parts(rotation, exactly(&translation, "translation")?.into()))
     }
 
-    /// Returns the pose without rotation and translation.
+    /// Returns the identity pose: no rotation, and no translation.
     #[staticmethod]
     fn identity() -> Self {
         Self(UnitDualQuaternion::identity())

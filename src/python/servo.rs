@@ -1,4 +1,4 @@
-//! The servo in fake time.
+//! The servo in simulated time.
 
 use super::arrays::{Numbers, array, slice, wrong};
 use super::joints::JointGoal;
@@ -21,10 +21,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 
-/// The servo with all safety rules, in fake time that you provide.
+/// The servo with all safety rules. Time is simulated: your program advances it.
 ///
-/// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
-/// servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.
+/// Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. If the argument
+/// `right_base` is given, the servo moves two arms, and has the parameters of the node `dq_dual_servo`. Goals and `pose` are then poses
+/// of the right tool relative to the left tool.
 #[pyclass(module = "dq_servo")]
 pub(super) struct Servo {
     servo: servo::Servo,
@@ -140,7 +141,7 @@ impl Servo {
         self.servo.reconfigure(Duration::ZERO).map_err(wrong)
     }
 
-    /// From now on, counts the present wrench as no contact, like `~/tare`.
+    /// Uses the present wrench as the zero of the wrench sensor, like `~/tare`. Nothing may touch the tool meanwhile.
     fn tare(&mut self) {
         self.servo.tare();
     }
@@ -156,7 +157,7 @@ impl Servo {
         Ok((mass, array(py, center.as_slice())))
     }
 
-    /// Sets all of these parameters or none, from the next cycle on.
+    /// Changes parameters and, if one is given, the law, from the next cycle on. If anything is invalid, changes nothing.
     #[pyo3(signature = (parameters = None, *, law = None))]
     fn configure(
         &mut self,

@@ -40,7 +40,7 @@ impl Announced {
         &self.topics
     }
 
-    /// Describes what the bag contains, for an error about something that the bag lacks.
+    /// Describes the content of the bag. Errors about something that the bag lacks end with this text.
     pub fn what_else(&self) -> String {
         const SHOWN: usize = 10;
         let names: Vec<_> = self.topics.iter().take(SHOWN).map(|topic| shown(&topic.name, NAME)).collect();

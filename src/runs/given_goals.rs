@@ -73,8 +73,8 @@ impl MeasuredMotions {
         true
     }
 
-    /// Adds a joint state that was measured at `time` \[s\]. If any of the `velocities` is not finite, computes all speeds from this
-    /// and the previous positions. Returns the pose error; `None` if there is no goal yet.
+    /// Adds a joint state that was measured at `time` \[s\]. If any of the `velocities` is not finite, computes all velocities from
+    /// `positions` and the previous positions. Returns the pose error; `None` if there is no goal yet.
     pub fn sample(
         &mut self,
         time: f64,

@@ -44,7 +44,7 @@ pub enum RunError {
         /// The end of the error message, which says what the bag has instead.
         instead: String,
     },
-    /// The bag does not have what a replay needs.
+    /// The bag lacks data that a replay needs.
     #[error("the bag cannot be replayed: {0}")]
     NotReplayable(String),
     /// A list in the bag's parameters has more elements than an arm may have joints.

@@ -24,19 +24,21 @@ const POINTS: usize = 1 << 15;
 
 /// The largest number of stored changes of goal, law and state.
 const CHANGES: usize = 1 << 13;
-/// The largest number of periods under one law that are stored. Each of them has a curve of its own.
+/// The largest number of stored changes of the law. Figures draw a separate curve for each period between two changes.
 const LAWS: usize = 1 << 9;
 
 /// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].
 const LATE: f64 = 1.0;
 
-/// The curve of commanded positions breaks if the servo sent nothing for a while. The curve breaks this long before the cycle that
-/// ends the pause \[s\]. This time is shorter than any pause. But it is longer than the recorded times of a command and of its cycle
-/// differ.
+/// The curve of commanded positions has a gap where the servo sent nothing for a while. The gap is drawn this long before the cycle in
+/// which the servo sends commands again \[s\].
+///
+/// This time is shorter than any pause. It is longer than the difference between the recorded times of a command and of its cycle.
+/// So the gap is always before the first new command.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
-/// Times count from the first motion of the shown part of a run. That motion may begin at most this long before the first joint
-/// state of this part \[s\].
+/// A motion belongs to the shown part of a run if it begins at most this long before the first joint state of that part \[s\]. Time 0
+/// of a figure is the start of the first such motion.
 const LONGEST_START: f64 = 60.0;
 
 /// If the servo reports no pose error for longer than this \[s\], it had no goal during that time.
@@ -83,15 +85,15 @@ pub(super) struct RunReader {
     /// Whether the servo sent nothing in the last recorded cycle.
     sent_nothing: bool,
     motions: MotionRows,
-    /// The measured motions of a controller that reports none, and the topic of its goals.
+    /// If no servo reports the motions: the motions that this program measures, and the topic of the goals (`None` for a given goal).
     measured: Option<(MeasuredMotions, Option<String>)>,
     /// The error of the first joint state that does not belong to this arm.
     unusable: Option<StateError>,
 }
 
 impl RunReader {
-    /// Creates the reader of the servo `node` in `namespace`, which ends with a slash. `parameters` are the parameters at the
-    /// start.
+    /// Creates the reader of the servo `node`; `None` if the arm's servo is unknown. `namespace` ends with a slash. `parameters` are in
+    /// force until the servo announces others.
     pub fn new(name: String, namespace: &str, node: Option<String>, parameters: ServoParameters) -> Self {
         let kind = ServoKind::of(&parameters.arms);
         let count = parameters.arms.joint_count();
@@ -156,7 +158,7 @@ impl RunReader {
         }
     }
 
-    /// Measures the motions toward the goals `given`. The run has no servo that reports its motions.
+    /// Makes this reader measure the motions toward the goals `given` itself. Call it for a run in which no servo reports motions.
     pub fn measure_toward(&mut self, given: &GivenGoals) {
         let measured = MeasuredMotions::new(&self.run.name, self.run.tolerance);
         self.measured = Some((measured, given.topic().map(str::to_owned)));
@@ -502,10 +504,11 @@ fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
 }
 
-/// The topic of joint states. Without the prefix of an arm, it is the topic of the joint states of all arms.
+/// The name of a topic of joint states, after the arm's prefix. The topic of this name without a prefix has the joint states of all arms.
 const JOINT_STATES: &str = "joint_states";
 
-/// Returns whether a topic, without its namespace, belongs to the arm with the prefix `prefix`.
+/// Returns whether a topic has the joint states of, or the commands to, the arm with this prefix. `topic` is the name without the
+/// namespace.
 fn is_of_arm(topic: &str, prefix: &str) -> bool {
     let kinds = [Interface::Velocity, Interface::Position, Interface::Trajectory];
     topic

@@ -25,11 +25,11 @@ const TYPES: [&str; 7] = [
     "diagnostic_msgs/msg/DiagnosticStatus",
 ];
 
-/// The type of the goals of a controller that reports no motions.
+/// The message type of goals that are recorded on a topic ([`GivenGoals::Topic`]).
 const GOAL: &str = "geometry_msgs/msg/PoseStamped";
 
-/// The largest number of servos of each kind that are drawn. Also the largest number of topics with joint states that are searched
-/// for arms without a known servo.
+/// The largest number of servos of each kind whose runs are read. For arms without a known servo, this is also the largest number of
+/// `joint_states` topics that are considered.
 const MOST: usize = 64;
 
 /// The runs of a bag, and the parts that could not be read.
@@ -104,7 +104,8 @@ pub fn recorded_toward(
     Ok(Recorded { runs, warnings, losses })
 }
 
-/// Creates the error for a run without any goal on `topic`. The error names other topics of the bag that have the type of goals.
+/// Creates the error for a run without any goal on `topic`. The error suggests the other topics of the bag whose message type is
+/// [`GOAL`].
 fn no_goals(run: &str, topic: &str, announced: &Announced) -> RunError {
     let with_goals = announced.topics().iter().filter(|topic| topic.message == GOAL);
     let others: Vec<_> =
@@ -118,8 +119,8 @@ fn seconds(message: &BagMessage, origin: i64) -> f64 {
     (i128::from(message.log_time) - i128::from(origin)) as f64 * 1e-9
 }
 
-/// Creates a reader for each servo that announced its parameters, and for each arm with joint states that belongs to none of these
-/// servos.
+/// Creates a reader for each servo that announced its parameters. Also creates a reader for each other arm that has a topic of joint
+/// states.
 fn readers(
     announced: &Announced,
     name: &str,
@@ -170,8 +171,8 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// Returns the entries of `lives` that have the same joints as the last entry. Each entry belongs to one start of the servo. At a
-/// start with other joints, the servo had another robot.
+/// Returns the entries of `lives` that have the same joints as the last entry. Each entry has the parameters of one start of the
+/// servo. Entries with other joints are left out, because they belong to another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

@@ -168,7 +168,7 @@ impl Running {
     }
 }
 
-/// Returns the settings with the keep-outs `drawn`, which the bag has from `~/keep_out`.
+/// Returns a copy of `settings` with the live keep-outs `drawn`, which were recorded in the bag as texts.
 ///
 /// # Errors
 /// [`RunError::KeepOut`] for a text that is not a keep-out; [`RunError::Scene`] if there are too many keep-outs.

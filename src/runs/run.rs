@@ -30,9 +30,9 @@ pub struct RecordedRun {
     /// The clearances that the servo reported \[m\], with their times. A clearance is the smallest distance between two parts of
     /// the scene. NaN means that no two parts were near each other.
     pub clearances: Thinned<(f64, f64)>,
-    /// All keep-outs of the run. Each has the first of its shapes, even if its shape changed later.
+    /// The keep-outs of the run, with the shapes that they had first. Later changes of a shape are not stored.
     pub keep_outs: Vec<KeepOut>,
-    /// All keep-ins of the run. Each has the first of its shapes, even if its shape changed later.
+    /// The keep-ins of the run, with the shapes that they had first. Later changes of a shape are not stored.
     pub keep_ins: Vec<KeepOut>,
     /// The time and the kind of the first overlap of the arm with a keep-out or with itself. Overlaps that exist from the start are
     /// ignored.
@@ -66,8 +66,8 @@ pub struct RecordedRun {
 /// A gap between two joint states divides a run into two parts only if it is longer than this \[s\].
 const APART: f64 = 60.0;
 
-/// A gap between two joint states divides a run only if it is longer than [`APART`], and longer than the recorded duration times
-/// this factor.
+/// A gap between two joint states divides a run into two parts only if it is also longer than this factor times the recorded
+/// duration.
 const FAR: f64 = 10.0;
 
 /// Splits a run at its long gaps: those longer than [`APART`] and longer than [`FAR`] times the recorded duration. The recorded duration

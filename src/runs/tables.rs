@@ -4,7 +4,7 @@ use super::{RecordedRun, Sample};
 use dq_wire::pose_numbers;
 
 /// Returns tables of the run, each with its name: the samples, the pose errors, the clearances, and the commands of each arm. The
-/// first line of a table has the names of the columns with their units. An unknown number is empty.
+/// first line of a table has the names of the columns with their units. The field of an unknown number is empty.
 pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
     let joints =
         |what: &str, names: &[String]| names.iter().map(|name| format!("{what} {name}")).collect::<Vec<_>>();

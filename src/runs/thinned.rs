@@ -2,8 +2,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-/// A time series of limited length. Whenever the series is full, it drops every second entry. From then on, it keeps half as many
-/// of the added entries as before. It always keeps the first and the last entry.
+/// A time series of limited length. Whenever the series is full, it drops every second entry. Of the entries that are added later, it
+/// keeps only every second, then every fourth, and so on. It always keeps the first and the last entry.
 #[derive(Clone, Debug)]
 pub struct Thinned<T> {
     /// The entries that are kept: every `stride`th one, and the last one.

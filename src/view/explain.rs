@@ -3,8 +3,8 @@
 use dq_wire::StatusReport;
 use std::time::Duration;
 
-/// Describes what the servo `servo` is doing. `heard` is the last report of the servo, with its age; `None` if there was no
-/// report yet. `two_arms` is true if the namespace has a servo for two arms.
+/// Describes the state of the servo `servo`. `heard` is the latest report of the servo, with its age; `None` if no report has arrived
+/// yet. `two_arms` is true if the namespace has a servo for two arms.
 pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
     match heard {
         None if two_arms => "the servo that is here has two arms: dq_servo view --dual shows them".to_owned(),

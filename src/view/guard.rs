@@ -1,7 +1,7 @@
 //! Access control: checks Host, Origin and token.
 //!
-//! A page of another site can make a visitor's browser connect to this server, if the site resolves one of its names to this host
-//! (DNS rebinding). But then the browser sends the name and the origin of that site in `Host` and `Origin`.
+//! Another site can resolve one of its names to this host (DNS rebinding). Then a page of that site can make a visitor's browser
+//! connect to this server. But the browser sends the name and the origin of that site in `Host` and `Origin`.
 
 use hyper::header::{COOKIE, HOST, HeaderName, HeaderValue, ORIGIN};
 use hyper::{HeaderMap, Uri};

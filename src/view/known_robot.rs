@@ -1,19 +1,18 @@
-//! The robot that the page shows. Reading its parameters takes a while. Changes that arrive in this time are stored, and applied to
-//! the result.
+//! The robot that the page shows. Reading its parameters takes a while. Changes of parameters that arrive during the reading are
+//! stored, and applied to the parameters that were read.
 
 use super::robot::Robot;
 use dq_messages::ParameterEvent;
 
-/// The largest number of changes that are stored while parameters are read. After a failed reading, changes are stored until the
-/// next reading begins.
+/// The largest number of stored changes.
 const MOST_CHANGES: usize = 1000;
 
 /// The parameters that were read from the servo, with all changes since the start of the reading.
 #[derive(Default)]
 pub(super) struct KnownRobot {
     robot: Option<Robot>,
-    /// The changes that arrived since the present reading began; `None` between readings. They are applied to the result of the
-    /// reading, because the result may be older than these changes.
+    /// The changes that have arrived since the latest reading began; `None` after a successful reading. They are applied to the
+    /// parameters that the reading returns, which may be older than the changes.
     since: Option<Vec<ParameterEvent>>,
 }
 

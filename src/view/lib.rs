@@ -81,7 +81,7 @@ pub struct Asked<A> {
     pub answer: oneshot::Sender<Answer>,
 }
 
-/// The robot's end of the channel: it writes what browsers show, and reads their requests.
+/// The robot's end of the channel: sends the data that browsers show, and receives the browsers' requests.
 pub struct RobotEnd {
     /// The JSON message that shows the arm and the parameters, which seldom change.
     pub robot: watch::Sender<Arc<str>>,

@@ -11,7 +11,7 @@ pub(super) struct Entry {
     #[serde(rename = "type")]
     kind: &'static str,
     value: Option<serde_json::Value>,
-    /// The bounds of a number, or of each number in a list.
+    /// The bounds of a number, or of each number in a list; `None` if there is no bound.
     min: Option<f64>,
     max: Option<f64>,
     /// The allowed texts; empty if any text is allowed.

@@ -60,7 +60,7 @@ struct Shared {
     appeared: Notify,
 }
 
-/// The motion to the goal in force. A race repeats this motion with two simulated arms.
+/// The latest motion of the arm. A race repeats this motion with two simulated arms.
 #[derive(Clone)]
 struct LastMotion {
     /// The joint positions when the motion began.
@@ -70,8 +70,8 @@ struct LastMotion {
 }
 
 impl Peer {
-    /// Joins the graph with a node of these `names`, and keeps `end` up to date with the servo of this kind. Background tasks are
-    /// sent to `tasks`.
+    /// Starts the node `names`, which shows the servo of this kind in its namespace. The node sends the data to show to `end`, answers
+    /// the requests from `end`, and passes requests for background tasks on to `tasks`.
     ///
     /// # Errors
     /// [`RosError`] if the node cannot be created.
@@ -297,7 +297,7 @@ impl Shared {
         Ok(Answer { ok: success, text: message })
     }
 
-    /// Repeats the motion to the goal in force, once under each of these laws.
+    /// Repeats the latest motion with two simulated arms, each under one of these laws.
     async fn race(&self, laws: [String; 2]) -> Answer {
         if self.kind == ServoKind::TwoArms {
             return Answer::refused("laws are compared with one arm");

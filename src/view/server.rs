@@ -86,7 +86,7 @@ struct Shared {
 }
 
 impl Server {
-    /// Listens according to `settings`, to show `page`. Nobody is admitted before [`serve`](Self::serve).
+    /// Opens the listening socket of a server that shows `page`. Connections wait until [`serve`](Self::serve) is called.
     ///
     /// # Errors
     /// [`ViewError::Listen`], [`ViewError::Taken`] or [`ViewError::Token`].
@@ -254,7 +254,7 @@ async fn runs(State(shared): State<Arc<Shared>>) -> Result<Bytes, StatusCode> {
     shared.runs.clone().ok_or(StatusCode::NOT_FOUND)
 }
 
-/// Opens a session.
+/// Opens a session on a new WebSocket. Closes the WebSocket with [`TRY_AGAIN`] if there are [`MOST_VIEWERS`] sessions already.
 async fn open_session(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
     let upgrade = upgrade.max_message_size(session::LARGEST).max_frame_size(session::LARGEST);
     let Ok(place) = shared.viewers.clone().try_acquire_owned() else {

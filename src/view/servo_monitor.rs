@@ -37,7 +37,7 @@ pub(super) struct ServoMonitor {
     pub two_arms: bool,
 }
 
-/// The servo's last report.
+/// The servo's latest status report, with the time at which it arrived.
 struct HeardStatus {
     report: StatusReport,
     smallest_singular_value: f64,
@@ -170,13 +170,14 @@ impl ServoMonitor {
         self.status.as_ref().map(|status| status.at.elapsed())
     }
 
-    /// Returns what the servo is doing, in words.
+    /// Describes the state of the servo in words.
     pub fn words(&self) -> String {
         let heard = self.report().zip(self.silence());
         explain(&self.servo, heard, self.two_arms)
     }
 
-    /// Returns a sample in the page's format: the present state of the arm, with `time`, the time since its motion began \[s\].
+    /// Returns the present state of the arm, in the format in which the page stores samples of a motion. `time` is the time since the
+    /// motion began \[s\].
     pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
@@ -194,9 +195,10 @@ impl ServoMonitor {
         })
     }
 
-    /// Returns the JSON message that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal
-    /// are in the goal frame. For two arms the goal frame is the frame of the left tool, and `goal_frame` is the pose of the left
-    /// tool.
+    /// Returns the JSON message that shows the state.
+    ///
+    /// Its members `pose` and `servo.goal` are in the goal frame. All other poses are in the base frame. With two arms, the goal frame is
+    /// the frame of the left tool; the member `goal_frame` is the pose of the left tool, and `tool` that of the right tool.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);

@@ -15,8 +15,8 @@ const THICKNESS: f64 = 0.002;
 const OUT: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
 const IN: ColorRGBA = ColorRGBA { r: 0.1, g: 0.6, b: 0.3, a: 0.15 };
 
-/// Returns the markers of the keep-outs and keep-ins of `scene`. `before` has the numbers of keep-out and keep-in markers in the last
-/// message. This function updates these numbers.
+/// Returns the markers of the keep-outs and keep-ins of `scene`. `before` has the number of keep-out markers and the number of keep-in
+/// markers in the previous message. This function updates both numbers.
 pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize; 2]) -> Vec<Marker> {
     let [out, inside] = [Scene::keep_outs, Scene::keep_ins].map(|of| scene.map(of).unwrap_or_default());
     let out = markers(header, "keep_out", OUT, out, before[0]);
@@ -25,8 +25,8 @@ pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize
     [out, inside].concat()
 }
 
-/// Returns one marker for each shape, but three for a capsule. If more markers were sent `before`, adds markers that delete the
-/// remaining old ones.
+/// Returns one marker for each shape, but three for a capsule. `before` is the number of markers in the previous message. If it is
+/// larger, adds markers that delete the remaining old ones.
 fn markers(header: &Header, ns: &str, color: ColorRGBA, shapes: &[KeepOut], before: usize) -> Vec<Marker> {
     let marker = |(id, solid): (usize, Option<Solid>)| {
         let action = if solid.is_some() { Marker::ADD } else { Marker::DELETE };

@@ -47,7 +47,7 @@ impl MomentSlot {
     }
 }
 
-/// The publishers of the pictures, and what was published last.
+/// The publishers of the pictures, with the data of the latest pictures.
 struct Pictures {
     slot: MomentSlot,
     markers: Publisher<MarkerArray>,
@@ -60,7 +60,7 @@ struct Pictures {
     goals: Option<Publisher<PoseStamped>>,
     goal: Arc<Mutex<GoalMarker>>,
     trace: Trace,
-    /// The numbers of keep-out and keep-in markers that were sent last.
+    /// The number of keep-out markers and the number of keep-in markers in the latest message.
     solids: [usize; 2],
     last: Moment,
     sent: Instant,

@@ -153,8 +153,10 @@ fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
     values
 }
 
-/// Returns the runs whose limits are drawn, and a suffix for the names of the limits. These are the runs whose bags have the
-/// parameters; the suffix is empty. If there are no such runs, these are all runs; the suffix says that the limits are assumed.
+/// Returns the runs whose limits are drawn, and a suffix for the names of the limits.
+///
+/// If some bags have the servo's parameters, returns the runs of these bags, and an empty suffix. Otherwise returns all runs, and a
+/// suffix which says that the limits are assumed.
 fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>, &'static str) {
     let known: Vec<_> = runs.iter().filter(|drawn| drawn.run.parameters_known).collect();
     match known.is_empty() {

@@ -100,7 +100,8 @@ fn circle(axis: &Segment, radius: f64) -> Vec<Vector3<f64>> {
     (0..=ROUND).map(|i| at(2.0 * PI * f64::from(i) / f64::from(ROUND)).coords).collect()
 }
 
-/// Returns points on a line about [`STEP`] apart. [`outline`] cuts the line between two of these points.
+/// Returns points on `line`, at intervals of about [`STEP`]. They are close together because [`outline`] can cut a line only
+/// between two points.
 fn straight(line: &Segment) -> Vec<Vector3<f64>> {
     let count = (line.vector().norm() / STEP).ceil().clamp(1.0, 1e4);
     (0..=count as u32).map(|i| line.at(f64::from(i) / count)).collect()

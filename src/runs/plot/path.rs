@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Vector3};
 /// Returns the poses along the path at which the figure draws small coordinate frames. The more motions the run has, the farther
 /// apart these poses are.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
-    /// A distance \[m\] and an angle \[rad\]. A reader can distinguish two frames that differ by either of them.
+    /// The smallest difference between two drawn frames of a run with one motion: a distance \[m\] or an angle \[rad\].
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
     let is_apart = |sample: &&Sample| {
@@ -45,7 +45,7 @@ fn places(run: &RecordedRun) -> Vec<Place> {
     start.into_iter().chain(goals.iter().enumerate().map(goal)).chain(end).collect()
 }
 
-/// Returns the outlines of all runs' keep-outs and keep-ins near these paths.
+/// Returns the outlines of the keep-outs and keep-ins of all runs. Parts far away from the paths `ways` are left out.
 fn solids(runs: &[StyledRun], ways: &[Path]) -> Vec<Path> {
     let points: Vec<_> = ways.iter().flat_map(|way| &way.points).copied().collect();
     let outlines = |name: &str, line: Line, of: fn(&RecordedRun) -> &Vec<KeepOut>| {

@@ -15,14 +15,14 @@ Parameters = Mapping[str, Parameter | Array]
 __version__: str
 
 class Pose:
-    """A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with the other sign."""
+    """A pose as a unit dual quaternion. `a * b` and `a @ b` compose two poses. `-a` is the same pose with all eight numbers negated."""
 
     def __init__(self, translation: ArrayLike, rotation: ArrayLike) -> None:
         """Creates a pose from the translation [m] and the unit quaternion (w, x, y, z), both in the base frame (eq. 13)."""
 
     @staticmethod
     def identity() -> Pose:
-        """Returns the pose without rotation and translation."""
+        """Returns the identity pose: no rotation, and no translation."""
 
     @staticmethod
     def from_angle_axis(translation: ArrayLike, angle: float, axis: ArrayLike) -> Pose:
@@ -144,8 +144,10 @@ class OwnLaw(Protocol):
 class Law:
     """A control law with its gains: one of `laws()`, or your own function or object.
 
-    A function gets the pose of the goal relative to the tool, along the base's axes. It returns the twist (angular, linear) that moves the
-    tool to the goal at gain 1: `Law(lambda goal: goal.screw_log())` is logc. An object has a memory: see `OwnLaw` in the stubs.
+    A function takes the pose of the goal relative to the tool. It returns the twist (angular, linear) that moves the tool to the goal at
+    gain 1. Pose and twist are along the base's axes. For example, `Law(lambda goal: goal.screw_log())` is logc.
+
+    A law that remembers values from cycle to cycle is an object: see `OwnLaw` in the stubs.
     """
 
     def __init__(
@@ -168,7 +170,8 @@ class Law:
         """The gains of the law: one number, or two numbers if the law has two gains."""
 
     def step(self, chain: Chain, theta: ArrayLike, goal: Pose) -> Array:
-        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. Of the goal's dual quaternions q and -q, the nearer one counts.
+        """Returns joint velocities [rad/s, prismatic: m/s] toward the goal. A goal q and its negative -q are the same pose; the law uses the
+        nearer one.
 
         For a law with a memory, these are the velocities at the beginning of a motion. Use `Servo` for its whole motion."""
 
@@ -176,14 +179,15 @@ class Law:
         """Returns the N×n joint velocities for N×n joint positions and N×8 goals."""
 
     def twist(self, tool_from_goal: Pose) -> Array:
-        """Returns gain times error: the twist (angular, linear) with which the law would move a tool without an arm, along the
-        tool's axes."""
+        """Returns the twist (angular, linear) that the law demands of the tool, in the tool frame: gain times error. How closely
+        the tool follows depends on the arm's Jacobian."""
 
 class Servo:
-    """The servo with all safety rules, in fake time that you provide.
+    """The servo with all safety rules. Time is simulated: your program advances it.
 
-    Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. With `right_base` it
-    servoes two arms, with the parameters of the node `dq_dual_servo`: goals and `pose` are the right tool's, relative to the left tool.
+    Parameters are those of the node, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`. If the argument
+    `right_base` is given, the servo moves two arms, and has the parameters of the node `dq_dual_servo`. Goals and `pose` are then poses
+    of the right tool relative to the left tool.
     """
 
     def __init__(
@@ -239,7 +243,7 @@ class Servo:
         """
 
     def tare(self) -> None:
-        """From now on, counts the present wrench as no contact, like `~/tare`."""
+        """Uses the present wrench as the zero of the wrench sensor, like `~/tare`. Nothing may touch the tool meanwhile."""
 
     def identify_tool(self) -> None:
         """Begins to identify the mass and the center of mass of the load on the force sensor, like `~/identify_tool` with true."""
@@ -248,7 +252,7 @@ class Servo:
         """Ends the identification. Returns the load's mass [kg] and its center of mass in the tool frame [m]."""
 
     def configure(self, parameters: Parameters | None = None, *, law: Law | None = None) -> None:
-        """Sets all of these parameters or none, from the next cycle on."""
+        """Changes parameters and, if one is given, the law, from the next cycle on. If anything is invalid, changes nothing."""
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -334,7 +338,7 @@ def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None 
 
 def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
     """Returns the gain with which the law settles as fast on this arm as logc with a gain of 2 [1/s]: the median settling times are
-    equal. They are measured on other tasks than those of `compare`.
+    equal. The tasks of this search differ from the tasks of `compare`.
 
     Raises a ValueError if the law settles in fewer than half of the tasks at every gain."""
 
@@ -348,8 +352,8 @@ def compare(
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
     parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric, with NaN for missing values, and
-    with the list `outcome`, which has the outcome of each task.
+    """Runs a law on the first `count` tasks of an arm. Returns a dict with an array for each metric; missing values are NaN. The item
+    `outcome` of the dict is a list with the outcome of each task.
 
     `parameters` are additional parameters of the servo, by their ROS names. They change the arm, but not the law or its gains.
     """
