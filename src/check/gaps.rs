@@ -27,7 +27,8 @@ impl Gaps {
     }
 
     /// Checks the arms `chains` with their joints at `theta` \[rad, prismatic: m\], arm after arm. A pair of parts may overlap only
-    /// if it has overlapped since the first check. Returns the smallest gap \[m\], or infinity if there are no pairs.
+    /// if it has overlapped in every check so far, and the overlap must not grow. Returns the smallest gap \[m\], or infinity if
+    /// there are no pairs.
     ///
     /// # Errors
     /// The first [`Violation`] found.

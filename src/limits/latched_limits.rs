@@ -15,7 +15,7 @@ pub struct LatchedLimits {
     last: Vec<f64>,
     /// The last command less the command before it [rad/s, prismatic: m/s].
     steps: Vec<f64>,
-    /// Whether each joint stood at the last command.
+    /// Whether the last command made each joint stand.
     stood: Vec<bool>,
 }
 
@@ -35,8 +35,8 @@ impl LatchedLimits {
     }
 
     /// Updates the latched limits after `command`, which was sent under `limits` [rad/s, prismatic: m/s]. `hold` is the part of
-    /// `command` that keeps the joints still against a payload or gravity. A joint stands if its command equals its hold. If a joint
-    /// stands at two commands in a row, `limits` replace its latched limits.
+    /// `command` that keeps the joints still against a payload or gravity. A command makes a joint stand if it equals the joint's
+    /// hold. After two such commands in a row, `limits` replace the joint's latched limits.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;

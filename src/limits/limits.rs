@@ -80,10 +80,11 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The mean time between cycles over the duration of a stop: the largest such mean in the last 2 to 4 s \[s\].
+    /// The time between cycles that a stop has to expect \[s\]. This is the largest mean over the duration of a stop, found in the
+    /// last 2 to 4 s.
     pub cycle: f64,
-    /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
-    /// lateness of a cycle or a joint state \[s\].
+    /// The longest time until the servo sees the effect of a command \[s\]. It is the sum of three times: the time from a command to
+    /// the joint state that shows its effect, the interval of joint states, and the worst recent lateness of a cycle or joint state.
     pub delay: f64,
 }
 

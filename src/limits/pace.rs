@@ -39,15 +39,15 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// Returns the next speed of a joint that stops. The joint slows down by at most `most` in one cycle, and this change of speed
-    /// differs from the last one by at most `jerk`. All are in rad/s, for prismatic joints in m/s.
+    /// Returns the next speed of a joint that brakes to rest. In one cycle, the speed changes by at most `most`, and this change
+    /// differs from the change in the previous cycle by at most `jerk`. All are in rad/s, for prismatic joints in m/s.
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }
 
     /// Returns the change of speed in the next cycle toward the speed `wanted`. The change is at most `most`, and differs from the
-    /// last change by at most `jerk`. All are in rad/s, for prismatic joints in m/s. If the joint can now reach `wanted` without
-    /// overshoot, it can still do so after this change.
+    /// change in the previous cycle by at most `jerk`. All are in rad/s, for prismatic joints in m/s. If the joint can now reach
+    /// `wanted` without overshoot, it can still do so after this change.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);
@@ -56,9 +56,9 @@ impl Pace {
     }
 }
 
-/// Returns the first of a series of changes of speed that add up to `gap`, the difference from the wanted speed. Each change is
-/// smaller than the previous change by `jerk`, and the last change is at most `jerk`. All are in rad/s, for prismatic joints in
-/// m/s.
+/// Returns the change of speed in the next cycle, the first of several changes that add up to `gap`. `gap` is the difference from
+/// the wanted speed. Each change is smaller than the previous change by `jerk`, and the final change is at most `jerk`. All are in
+/// rad/s, for prismatic joints in m/s.
 pub(crate) fn eased(gap: f64, jerk: f64) -> f64 {
     if jerk == f64::INFINITY {
         return gap;

@@ -230,7 +230,7 @@ impl Link {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
 
-    /// Returns the number of the arm whose last joint state is the oldest, or of an arm that has sent none.
+    /// Returns the number of the arm that has sent no joint state for the longest time. An arm that has never sent one comes first.
     pub fn quietest(&self) -> usize {
         let arms = self.arms.iter().enumerate();
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)

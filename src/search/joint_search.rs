@@ -1,10 +1,10 @@
-//! Searches for joint positions that bring the tool to its goal. The positions are within the limits, in any configuration of the
-//! arm.
+//! Searches for joint positions that bring the tool to its goal. The positions are within the limits, but the configuration may
+//! differ from the present one, for example in the side of the elbow.
 //!
-//! From many starts, spread evenly over the joint ranges, the search reduces the error by damped least squares (Wampler 1986;
-//! Nakamura & Hanafusa 1986). The damping falls with the error (Sugihara 2011). So the search also reaches goals at singularities,
-//! such as at the edge of the workspace. For random reachable poses of six and seven joints, 64 starts always found the goal. More
-//! starts make the path slightly shorter.
+//! From many start positions, spread evenly over the joint ranges, the search reduces the error by damped least squares (Wampler
+//! 1986; Nakamura & Hanafusa 1986). The damping falls with the error (Sugihara 2011). So the search also reaches goals at
+//! singularities, such as at the edge of the workspace. For random reachable poses of arms with six and seven joints, 64 start
+//! positions were always enough to reach the goal. More start positions make the path slightly shorter.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{Arms, JointKind};
@@ -14,10 +14,10 @@ use dq_metrics::{GoalError, Tolerance};
 use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 
-/// The number of starts that the search tries if there is time.
+/// The number of start positions from which to search if there is enough time. Pass it to [`Search::run`].
 pub const STARTS: u32 = 256;
 
-/// Largest number of steps from one start. A start that needs more steps converges slowly or never.
+/// The largest number of steps from one start position. A search that needs more steps converges slowly or never.
 const STEPS: u32 = 60;
 
 /// Largest step of a joint \[rad, prismatic: m\]. The linearization is good enough for a step up to this size.
@@ -200,8 +200,8 @@ impl Search {
 
     /// Stores the positions found if their travel time is the shortest so far.
     ///
-    /// First shifts each revolute joint by whole turns, within its limits, so that it is as near as possible to its position when the
-    /// servo asked the question.
+    /// First shifts each revolute joint by whole turns, within its limits. So the joint is as near as possible to the position that it
+    /// had when the servo asked the question.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;
@@ -222,5 +222,6 @@ impl Search {
     }
 }
 
-/// Number of fixed-point steps to the root of `g^(d+1) = g + 1`. Each step divides the error by three or more.
+/// Number of fixed-point steps that find the root g of `g^(d+1) = g + 1`, from which the start positions follow. Each step divides
+/// the error by three or more.
 const ROOT_STEPS: u32 = 34;

@@ -1,9 +1,14 @@
 //! Consent: the arm moves only while someone's request is newer than the last event that revoked consent.
 //!
-//! A request begins with the first goal or twist that a publisher sends after a silence, with the first twist after a zero twist, or
-//! with a call of `~/pause` (false), which requests the current goal again. Later messages of the publisher belong to the same
-//! request until the next silence. So a publisher that only continues after a revocation does not give consent again. Every message
-//! ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of one message.
+//! A request begins with one of these inputs:
+//!
+//! - the first goal or twist that a publisher sends after a silence,
+//! - the first twist after a zero twist,
+//! - a call of `~/pause` (false), which requests the current goal again.
+//!
+//! Later messages of the publisher belong to the same request until the next silence. So a publisher that only continues after a
+//! revocation does not give consent again. Every message ends a silence, even an invalid message or a goal that waits for its frame.
+//! A single goal is a stream of one message.
 //!
 //! A revocation revokes every request that began up to a certain time. For `~/stop`, this is the time of the stop. For a robot that
 //! has appeared, it is `rearm_timeout` before the robot appeared. For a robot that has jumped, it is the time of the joint state
@@ -14,12 +19,12 @@ use super::revocation::{Contended, Revocation, Rivals};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// How long a publisher may be silent before its request lapses, unless `rearm_timeout` is longer. For comparison: `ros2 topic pub`
-/// sends once a second.
+/// How long a publisher may be silent before its request lapses, unless `rearm_timeout` is longer. `ros2 topic pub` sends once a
+/// second, so its request does not lapse.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo treats a message
-/// of another publisher as if it had been sent before every revocation, because it cannot tell when that publisher began.
+/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo cannot tell when
+/// another publisher began. It then treats each message of such a publisher as if it had been sent before every revocation.
 pub(super) const MOST: usize = 16;
 
 /// The sender of a request for motion.
@@ -93,7 +98,7 @@ pub struct Consent {
 }
 
 impl Consent {
-    /// Returns the last request, or `None` if it was withdrawn.
+    /// Returns the last request; `None` if there has been none, or if the last request was withdrawn.
     pub fn request(&self) -> Option<&MotionRequest> {
         self.request.as_ref()
     }
@@ -234,8 +239,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current request. Returns whether it is a new request, and not a further message of the current one. If it
-    /// is for a goal and the current request is not revoked, the later `pushed` of the two requests is stored.
+    /// Makes `request` the current request. Returns true if it is a new request, and false if it is another message of the previous
+    /// request. If `request` is for a goal and the previous request is not revoked, stores the later `pushed` of the two requests.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());

@@ -45,7 +45,7 @@ pub struct Servo {
     robot: Robot,
     frames: Frames,
     settings: Settings,
-    /// Number of successful calls of [`configure`](Servo::configure), also with equal settings.
+    /// Number of successful calls of [`configure`](Servo::configure), including calls that changed no setting.
     configurations: u64,
     /// When the settings were last changed; `None` if they never were.
     configured: Option<Duration>,
@@ -256,7 +256,7 @@ impl Servo {
         self.settings.rearm_timeout.max(STREAM)
     }
 
-    /// Sets the time `now` of the inputs that are [taken](Self::take) from here on.
+    /// Sets the time `now` at which the following inputs are [taken](Self::take).
     pub fn begin(&mut self, now: Duration) {
         self.clock.now = now;
     }
@@ -281,8 +281,8 @@ impl Servo {
     /// its velocity [rad/s, prismatic: m/s] or position \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
     ///
     /// The output is `None` until the arm is first driven. Before that, even a command of zeros could move the arm, if its
-    /// controller takes them for positions. For an arm that takes positions, the output is also `None` from the time at which
-    /// something else moves the arm, until the servo drives the arm again.
+    /// controller takes them for positions. If something else moves an arm that takes positions, the output is also `None`, until the
+    /// servo drives the arm again.
     pub fn output(&self) -> Option<&[f64]> {
         self.output.to_send()
     }
@@ -313,7 +313,7 @@ impl Servo {
         self.output.filters.replaced()
     }
 
-    /// Returns the number of successful calls of [`configure`](Self::configure), also with equal settings.
+    /// Returns the number of successful calls of [`configure`](Self::configure), including calls that changed no setting.
     pub fn configurations(&self) -> u64 {
         self.configurations
     }

@@ -1,13 +1,14 @@
 //! Determines whether a goal only repeats the motion of the tool.
 //!
 //! Some programs, such as visual servoing, hand guiding or "1 cm lower than now", publish the tool's pose of a moment ago with an
-//! offset. Feeding the velocity of such a goal forward would add the tool's own velocity to the law's, and the arm would run away.
-//! A frame on the tool, or on an object that the tool has grasped, also moves with the tool: the law would drive the arm toward it
-//! forever. One question covers both cases: does the tool's recent motion equal the goal's motion, up to a lag and a constant
-//! offset? If so, the tool's motion *explains* the goal's motion. The servo answers this question with each goal, for a sliding
-//! window.
+//! offset. Feeding the velocity of such a goal forward would add the tool's own velocity to the law's. The arm would run away: it
+//! would chase a goal that moves with it. A frame on the tool, or on an object that the tool has grasped, also moves with the
+//! tool: the law would drive the arm toward it forever.
 //!
-//! A tool that tracks its goal well explains the goal's motion, too: at lag zero. In that case, the last answer remains.
+//! One question covers both cases: does the tool's recent motion equal the goal's motion, up to a lag and a constant offset? If so,
+//! the tool's motion *explains* the goal's motion. The servo answers this question whenever a goal arrives, for a sliding window.
+//!
+//! A tool that tracks its goal well explains the goal's motion, too: at lag zero. In that case, the previous answer remains in force.
 
 mod places;
 
@@ -30,7 +31,7 @@ const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
 /// Number of lags that are tried in addition to lag zero. `LAGS` times `LAG_STEP` is the longest delay with which the servo
-/// recognizes that a goal is an earlier pose of the tool. With a longer delay the arm could hardly run away.
+/// recognizes that a goal is an earlier pose of the tool. If the delay is longer, the arm hardly runs away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
@@ -40,15 +41,15 @@ const HALVINGS: i32 = 4;
 
 /// The interval at which the tool's poses are kept \[s\].
 const TOOL_STEP: f64 = 0.0099;
-/// Number of the tool's poses that the longest lag and the window need.
+/// The largest number of tool poses that are kept. They cover the window and, before it, the longest lag.
 const MOST_POSES: usize = 214;
 
 /// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. For a uniform motion along a line, this
 /// spread is reached after 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal counts as moving independently if the tool's motion leaves more than `√((BY_ITSELF s)² + (NOISE n)²)` of the goal's motion
-/// unexplained. Here `s` is the spread of the goal's motion, and `n` the goal's noise.
+/// A goal counts as moving independently if the part of its motion that the tool's motion does not explain exceeds
+/// `√((BY_ITSELF s)² + (NOISE n)²)`. Here `s` is the spread of the goal's poses, and `n` is their noise.
 const BY_ITSELF: f64 = 0.05;
 /// See [`BY_ITSELF`]: the factor of the goal's noise.
 const NOISE: f64 = 3.0;
@@ -132,8 +133,9 @@ impl Explanation {
         self.tool.push_back(place);
     }
 
-    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` says whether the goal continues the previous goal,
-    /// without a jump. Returns false if the goal is ignored because it comes less than `GOAL_STEP` after the last one.
+    /// Compares the motion of `goal`, which arrived at `now`, with the motion of the tool. `goes_on` says whether the goal continues
+    /// the stream without a jump. Returns false if the goal is ignored because the last compared goal arrived less than `GOAL_STEP`
+    /// earlier.
     pub fn compare(
         &mut self,
         now: Duration,
@@ -195,7 +197,8 @@ impl Explanation {
         std::array::from_fn(|part| errors[part] * rates[part] * seconds <= FOLLOWED * travelled[part])
     }
 
-    /// Returns what has moved the goal's position and rotation since the time `since`, within the window.
+    /// Returns what has moved the goal's position, and what has moved its rotation. Considers only the kept goals since the time
+    /// `since`.
     fn motions(&self, since: f64) -> [Motion; 2] {
         let first = self.goals.partition_point(|goal| goal.time < since);
         let goals = || self.goals.range(first..);
@@ -220,8 +223,8 @@ impl Explanation {
         })
     }
 
-    /// Returns how much of the goals' motion the tool's motion leaves unexplained, at the lag that explains the most \[m, rad\].
-    /// Considers only the goals from index `first` on.
+    /// Returns the part of the goals' motion that is not explained by the tool's motion, at the lag for which this part is smallest
+    /// \[m, rad\]. Considers only the goals from index `first` on.
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -242,9 +245,9 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// Returns how much of the goals' motion the tool's motion `lag` seconds earlier leaves unexplained [m, rad]. Considers only the
-    /// goals from index `first` on. The offset between tool and goal may be constant along the base's axes or along the tool's
-    /// axes, whichever explains more.
+    /// Returns the part of the goals' motion that is not explained by the motion that the tool made `lag` seconds earlier
+    /// \[m, rad\]. A motion is explained if the offset between tool and goal is constant, along the base's axes or along the tool's
+    /// axes. The axes that explain more count. Considers only the goals from index `first` on.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))

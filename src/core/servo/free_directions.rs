@@ -5,7 +5,8 @@ use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Aim;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
-/// An arm counts as following a twist if it can follow at least this fraction of the twist.
+/// An arm counts as able to follow a twist if at least this fraction of the twist's squared size lies in the space of the arm's
+/// possible motions.
 const FOLLOWED: f64 = 0.5;
 
 /// An arm counts as able to move along an axis if at most this fraction of the axis's squared length lies outside the space of the
@@ -16,8 +17,8 @@ const MISSING: f64 = 1e-3;
 /// prismatic: 1].
 const SMALLEST: f64 = 0.02;
 
-/// The axes along which an arm can move its tool, and the axes about which it can turn the tool. Each of these motions is possible
-/// on its own.
+/// The axes along which an arm can move its tool, and the axes about which it can turn the tool. An axis counts only if the arm can
+/// make this motion without any other motion of the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeDirections {
     /// Whether the arm can turn the tool about x, y and z, then whether it can move the tool along x, y and z.
@@ -27,9 +28,9 @@ pub struct FreeDirections {
 }
 
 impl FreeDirections {
-    /// Returns the directions in which `arm` can move instead, if it cannot follow the twist. `axes` is the rotation of the tool.
-    /// `aim` determines which components of the twist count. Returns `None` if the arm can follow the twist, or if these components
-    /// are not along fixed axes.
+    /// Returns the directions in which `arm` can move, if it cannot follow `twist`; `None` if it can. `aim` determines which
+    /// components of the twist the arm has to follow. Also returns `None` if `aim` constrains components that are not along fixed
+    /// axes. `axes` is the rotation of the tool relative to the base.
     pub(super) fn instead_of(
         twist: &Twist,
         aim: Aim,

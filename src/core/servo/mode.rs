@@ -69,10 +69,10 @@ pub(super) struct Pursuit {
     pub received: Duration,
     /// When the goal's last message arrived.
     heard: Duration,
-    /// The goal with which the motion began. If the goal of the stream has since moved away from it by more than the tolerances, this
-    /// is the goal at the last such move.
+    /// The goal with which the motion began. If a stream moves the goal away from `begun` by more than the tolerances, the moved goal
+    /// replaces `begun`.
     begun: Goal,
-    /// When a stream last moved the goal, if one has.
+    /// When a moved goal last replaced `begun`; `None` if none has.
     pub moved: Option<Duration>,
     /// The joint positions at which the motion began \[rad, prismatic: m\]. In a sequence of motions, these are the positions at
     /// which the first motion began. Empty until the servo first tracks the goal, and after a reconfiguration until it tracks the
@@ -81,8 +81,8 @@ pub(super) struct Pursuit {
     /// The sign of the goal's quaternion. The servo chooses the sign by the arm's pose when it first tracks the goal; `None` before
     /// that.
     pub sign: Option<SignMemory>,
-    /// Whether the goal is beyond reach, and the number of [settings changes](super::Servo::configurations) when the servo determined
-    /// this; `None` until the servo has determined it.
+    /// Whether the goal is beyond reach (the second entry), and the number of [settings changes](super::Servo::configurations) when
+    /// the servo determined this (the first entry). `None` until then.
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,

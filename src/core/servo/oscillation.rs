@@ -24,8 +24,8 @@ const ERROR_REVERSALS: u32 = 3;
 /// See [`ERROR_REVERSALS`]: the least number of reversals of a joint per window.
 const FEW: u32 = 2;
 
-/// The change of a joint's speed from its last extreme that counts as a reversal [rad/s, prismatic: m/s]. Reversals by `SWING` are an
-/// oscillation only if the error does not shrink. Reversals by `LARGE_SWING` are an oscillation even if the error shrinks.
+/// A joint's speed counts as reversed if it has changed by more than this since its last extreme [rad/s, prismatic: m/s]. Reversals by
+/// `SWING` are an oscillation only if the error does not shrink. Reversals by `LARGE_SWING` are one even if the error shrinks.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 
@@ -37,7 +37,7 @@ const ERROR_SWING: f64 = 0.05;
 /// allows for the delay with which the arm follows the goal.
 const CHANGES: f64 = 2.0;
 
-/// The weight of the newest value in the running average of the changes of the law's error that a moving goal causes.
+/// The weight of the newest value in [`Oscillation::change`], a running average.
 const MEMORY: f64 = 0.2;
 
 /// Number of reversals of a joint that one change of the goal may cause.
@@ -52,7 +52,7 @@ const SHRINKS: f64 = 0.8;
 pub(super) struct Oscillation {
     joints: Vec<[Zigzag; 2]>,
     error: Zigzag,
-    /// The typical change of the error when the goal changes.
+    /// The running average of the size of the error's change when the goal changes.
     change: f64,
     /// Number of changes of the goal in the window.
     changes: u32,

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law that still
-/// reaches the goal does not stall. With a timeout of 5 s, the error may take 52 min from 0.5 m to 1 mm, for which a gain of
-/// 0.003/s is enough. A smaller fraction would take drift for progress: the drift of a redundant arm under a payload changes the
-/// error by up to half of this fraction.
+/// reaches the goal does not stall. With a timeout of 5 s, the arm may take 52 min to reduce the error from 0.5 m to 1 mm; a gain
+/// of 0.003/s is fast enough for this. If the fraction were smaller, drift could count as progress: under a payload, a redundant
+/// arm drifts, which changes the error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
 /// The fraction by which an error has to shrink within each `progress_timeout` if the arm may reach the goal by a reconfiguration
@@ -36,9 +36,9 @@ impl Progress {
     /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long the arm was driven since the
     /// last progress.
     ///
-    /// An error outside its tolerance makes progress when it reaches a new minimum that is below the last minimum by the fraction
-    /// `share` or by a whole tolerance. The law's own error counts, too, because a law may trade position for rotation: even if the
-    /// goal differs only in rotation, the tool may first move meters away.
+    /// An error outside its tolerance makes progress when it falls below its smallest value so far, by the fraction `share` of that
+    /// value or by a whole tolerance. The law's own error counts, too, because a law may trade position for rotation: even if the goal
+    /// differs only in rotation, the tool may first move meters away.
     pub fn update(
         &mut self,
         driven: Duration,

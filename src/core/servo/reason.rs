@@ -39,8 +39,8 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// Explains the reason in a sentence. `joint` returns the name of the joint with a number. `publisher` returns the name of the
-    /// publisher of an input with a number. `topic` returns the topic of the commands for the arm with a number.
+    /// Explains the reason in a sentence. `joint` returns the name of a joint, given its number. `publisher` returns the name of a
+    /// publisher, given its input and its number. `topic` returns the topic of the commands for an arm, given the number of the arm.
     pub fn explain(
         &self,
         joint: impl Fn(usize) -> String,

@@ -30,8 +30,8 @@ pub struct Detour {
     pub from: f64,
     /// The position of the joint in the other configuration \[rad, prismatic: m\].
     pub to: f64,
-    /// When the search found the configuration, by the cycle's clock. The servo rejects a request to move to the configuration that
-    /// was sent earlier.
+    /// When the search found the configuration, by the cycle's clock. If a request to move to the configuration was sent before this
+    /// time, the servo rejects it.
     pub found: Duration,
 }
 

@@ -140,7 +140,7 @@ pub struct RejectionCounts {
 }
 
 impl RejectionCounts {
-    /// Counts one rejection. A cycle may call this function a thousand times, so the function does not write the text.
+    /// Counts one rejection. Does not format the text of the rejection, because there may be a thousand rejections in one cycle.
     pub fn count(&mut self, rejection: &Rejection) {
         let label = rejection.label();
         match self.counts.iter_mut().find(|(reason, _)| *reason == label) {

@@ -44,9 +44,9 @@ pub enum Revocation {
     /// A joint is too far from its setpoint: its number (from 1, arm after arm), the distance between its setpoint and its
     /// predicted position \[rad, prismatic: m\], and its kind.
     FellBehind(usize, f64, JointKind),
-    /// A joint did not obey: its number (from 1, arm after arm), and for how long \[s\].
+    /// A joint did not move as commanded: its number (from 1, arm after arm), and for how long \[s\].
     NotObeyed(usize, f64),
-    /// The joint with this number (from 1, arm after arm) stopped following for the third time within 10 s.
+    /// The joint with this number (from 1, arm after arm) failed to move as commanded for the third time within 10 s.
     KeepsLosing(usize),
     /// For this time \[s\], TF lacked the frame with which the goal moves.
     FrameWasAway(f64),

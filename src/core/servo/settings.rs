@@ -67,8 +67,8 @@ pub struct Posture {
     pub gain: f64,
 }
 
-/// The servo's live settings. Each servo declares the fields with a `parameter` attribute as its ROS 2 parameters. The other fields
-/// come from parameters that are declared elsewhere.
+/// The settings that can change while the servo runs. Each field with a `parameter` attribute is a ROS 2 parameter of the servo.
+/// The other fields come from parameters that are declared elsewhere.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Settings {
     /// The law and its gains.
@@ -77,8 +77,8 @@ pub struct Settings {
     pub tool_offset: UnitDualQuaternion,
     /// How to treat goals in TF frames.
     pub goal_frames: GoalFrames,
-    /// what happens to a goal that the arm cannot reach. reject: the servo rejects it. approach: the arm moves as near to it as it
-    /// can
+    /// what happens to a goal that the arm cannot reach. reject: the servo rejects it. approach: the arm moves as near to the goal as
+    /// possible
     #[parameter(name = "goal_beyond_reach", one_of = BeyondReach::NAMES, default = BeyondReach::Reject)]
     pub beyond_reach: BeyondReach,
     /// adds the motion of a moving goal to the law's, so that the tool does not lag behind
@@ -92,7 +92,7 @@ pub struct Settings {
     /// Speed, acceleration and position limits.
     #[parameter(group)]
     pub limits: Limits,
-    /// The obstacles that the arm must keep clear of, and its body; `None` if there is nothing to keep clear of.
+    /// The arm's body and the obstacles from which it must keep clear; `None` if there is nothing to keep clear of.
     pub scene: Option<Arc<Scene>>,
     /// How goals yield to the wrench at the tool; `None` if they do not.
     pub contact: Option<Compliance>,
@@ -131,8 +131,8 @@ pub struct Settings {
     /// The kind of commands that the robot takes. It does not change while the servo runs.
     #[parameter(group)]
     pub interface: Interface,
-    /// largest distance between the setpoint of a joint and its position as predicted for that time; if it is larger, the arm holds;
-    /// only for an arm that takes positions \[rad, m\]
+    /// largest distance between the setpoint of a joint and its predicted position; if it is larger, the arm holds; only for an arm that
+    /// takes positions \[rad, m\]
     #[parameter(default = 0.2, range = 0.001..=3.0)]
     pub following_error: f64,
 }

@@ -56,12 +56,12 @@ impl Stall {
         }
     }
 
-    /// Returns the number of the joint that is at its position limit, if that is the reason.
+    /// Returns the number of the joint whose position limit causes the stall; `None` for another cause.
     pub(super) fn joint(&self) -> Option<usize> {
         if let Self::AtLimit { joint } = self { Some(*joint) } else { None }
     }
 
-    /// Returns the pair that would come too close to each other, if that is the reason.
+    /// Returns the pair of parts whose narrow gap causes the stall; `None` for another cause.
     pub(super) fn pair(&self) -> Option<ClosePair> {
         if let Self::Constrained(pair) = self { Some(*pair) } else { None }
     }

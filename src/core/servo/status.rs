@@ -77,7 +77,8 @@ pub struct Status {
 /// The contact in the last cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactStatus {
-    /// The force \[N\] and the torque \[N m\] at the tool, without weight and bias, after the low-pass.
+    /// The sizes of the contact force \[N\] and torque \[N m\] at the tool. They are low-pass filtered, and do not include the weight
+    /// of the load and the bias of the sensor.
     pub wrench: [f64; 2],
     /// The distance \[m\] and angle \[rad\] by which the goal has yielded.
     pub offset: [f64; 2],

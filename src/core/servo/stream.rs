@@ -21,8 +21,8 @@ const SPAN: f64 = 0.03;
 /// The longest time between two successive poses of a stream \[s\].
 const LONGEST_INTERVAL: f64 = 0.25;
 
-/// Stamps are used if the transport times of messages differ by at most this time \[s\] plus the fraction `SPREAD_SHARE` of the time
-/// that the poses span. If they differ by more, the sender's clock is wrong.
+/// A stream's time stamps are used if the transport times of its poses differ little. They may differ by `SPREAD` \[s\] plus the
+/// fraction `SPREAD_SHARE` of the time between the first and the last pose. If they differ by more, the sender's clock is wrong.
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
@@ -222,7 +222,7 @@ impl GoalStream {
     }
 
     /// Returns the goal's pose and twist at `now`; `None` if the goal does not move, or moves no more than its noise. `by_itself` says,
-    /// for position and rotation, whether the goal moves independently of the tool. The motion of the other parts is ignored.
+    /// for position and for rotation, whether the goal moves independently of the tool. If one of them does not, ignores its motion.
     ///
     /// Let `T` be the largest age that a recent pose had when the next pose arrived. Up to an age `T` of the newest pose,
     /// extrapolates from this pose. Up to an age `2 T`, the goal stands at the last extrapolated pose. After that, returns `None`.
@@ -265,7 +265,8 @@ impl GoalStream {
 }
 
 impl Fit {
-    /// Returns the variance of the fitted pose `s` \[s\] after the newest one, relative to the variance of a single pose.
+    /// Returns the variance of the fitted pose at the time `s` \[s\] after the newest pose, divided by the variance of a single
+    /// received pose.
     fn variance_at(&self, s: f64) -> f64 {
         let s = s / self.span;
         let basis = Vector3::new(1.0, s, s * s);

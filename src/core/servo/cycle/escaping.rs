@@ -19,7 +19,8 @@ const STANDING: f64 = 0.05;
 /// A law counts as stuck only after the conditions [`STUCK`] and [`STANDING`] have been true for this time.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// A singularity counts as the cause of a stall if the joints can reduce less than this fraction of the law's error.
+/// A singularity counts as the cause of a stall if [`Freedom::part`], the part of the law's error that the joints can reduce, is
+/// below this.
 const HELD_UP: f64 = 0.1;
 
 /// A payload or gravity counts as pulling at a joint only if the joint is commanded to move at least at this speed [rad/s,

@@ -12,11 +12,11 @@ use dq_metrics::GoalError;
 use std::time::Duration;
 
 impl Servo {
-    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame.
+    /// Takes a goal received at `now`: its position \[m\], its orientation (x, y, z, w), and its frame.
     ///
-    /// A goal begins a new motion, unless it arrives within [`STREAM`](crate::servo::STREAM) of the last goal from the same
-    /// publisher. Then it only moves the goal of the motion in progress. A goal that equals the last goal within the tolerances
-    /// (−q equals q) ends a stall only after a silence of `progress_timeout`.
+    /// A goal that arrives within [`STREAM`](crate::servo::STREAM) after the last goal of the same publisher moves the goal of the
+    /// motion in progress. Any other goal begins a new motion. A goal that equals the last goal within the tolerances (−q equals q)
+    /// ends a stall only after a silence of `progress_timeout`.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid goal remains. While a twist is in force, the servo rejects every goal.
@@ -175,7 +175,8 @@ impl Servo {
     }
 
     /// Adds the current goal to its stream, and compares the motion of the goal with the motion of the tool. Returns how near the
-    /// tool is to the goal. Returns `None` if there is no goal, or if the goal comes too soon after the last compared one.
+    /// tool is to the goal. Returns `None` if there is no goal, or if the goal is ignored because another goal was compared shortly
+    /// before.
     fn explain(&mut self, stamp: i64, now: Duration) -> Option<Nearness> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;

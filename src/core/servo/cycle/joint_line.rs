@@ -68,8 +68,8 @@ impl JointLine {
         })
     }
 
-    /// Returns the remaining displacement of each joint from `from` \[rad, prismatic: m\]. A revolute joint without position limits
-    /// turns in the shorter direction, because its encoder may wrap from one end of the range to the other.
+    /// Returns the displacement of each joint from `from` to the end of the line \[rad, prismatic: m\]. A revolute joint without
+    /// position limits turns in the shorter direction, because its encoder may wrap from one end of the range to the other.
     pub fn displacements<'a>(
         &'a self,
         from: &'a [f64],

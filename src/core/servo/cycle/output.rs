@@ -22,7 +22,7 @@ pub(super) struct Output {
     pub filters: Filters,
     pub latched_limits: LatchedLimits,
     pub setpoint: Setpoint,
-    /// The obstacles to the desired motion in the last cycle.
+    /// What kept the arm from its desired motion in the last cycle.
     pub hindrance: Hindrance,
     interface: Interface,
     /// Whether the servo sends commands. It sends commands from the first time that the arm is driven or braked.
@@ -31,7 +31,7 @@ pub(super) struct Output {
     blind: bool,
 }
 
-/// The obstacles that keep a driven arm from its desired motion.
+/// What keeps a driven arm from its desired motion: a position limit, or a narrow gap.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hindrance {
     /// The joint (counted from 1) that cannot move on because of its position limit, if any.
@@ -43,7 +43,7 @@ pub(super) struct Hindrance {
 }
 
 impl Hindrance {
-    /// Collects the obstacles that the filters have found.
+    /// Collects from the filters what keeps the arm from its desired motion.
     pub fn of(filters: &Filters) -> Self {
         let at_limit = filters.held_back().map(|joint| joint + 1);
         Self { at_limit, pair: filters.held_by(), closest: filters.closest() }

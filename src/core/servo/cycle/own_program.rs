@@ -1,4 +1,5 @@
-//! A servo in a program of its own: it takes one goal and the joint positions, and returns one command.
+//! The methods for a program that runs a servo itself, without the node of this project: the program sets a goal, and passes the
+//! measured joint positions in each cycle.
 
 use super::Servo;
 use crate::servo::{GoalReading, JointReading, Rejection, Sent};
@@ -53,7 +54,7 @@ impl Servo {
         self.take_states(measured, stamp_age, now)
     }
 
-    /// Checks that there is a number for each joint.
+    /// Checks that `measured` has one position for each joint, and one velocity for each joint or no velocities.
     fn one_per_joint(&self, Measured { positions, velocities }: &Measured) -> Result<(), Rejection> {
         let expected = self.robot.arms.joint_count();
         let lengths = [Some(positions.len()), (!velocities.is_empty()).then_some(velocities.len())];
@@ -63,7 +64,7 @@ impl Servo {
         }
     }
 
-    /// Takes the joint state of each arm from `measured`, which has a number for each joint.
+    /// Takes the joint states of all arms. `measured` has one position, and one velocity or none, for each joint, arm after arm.
     fn take_states(
         &mut self,
         Measured { positions, velocities }: &Measured,

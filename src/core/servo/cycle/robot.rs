@@ -70,7 +70,7 @@ impl Servo {
         self.robot.link.set_factor(arm, factor, self.clock.now);
     }
 
-    /// Returns the number of the arm whose last joint state is the oldest.
+    /// Returns the number of the arm from which the servo has received no joint state for the longest time.
     pub fn quietest_arm(&self) -> usize {
         self.robot.link.quietest()
     }

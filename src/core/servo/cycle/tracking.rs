@@ -27,9 +27,9 @@ const TREND: (f64, f64) = (LINGERING, 0.9);
 /// Interval at which the smallest singular value is computed.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
-/// An arm counts as standing if no joint is faster than this [rad/s, prismatic: m/s]. A motion stalls already after [`CLOSED`]
-/// without progress if the arm stands, and no small motion of the joints would bring the tool nearer to the goal. An arm that
-/// creeps a little faster may be passing a saddle point of the error.
+/// An arm counts as standing if no joint is faster than this [rad/s, prismatic: m/s]. An arm may stand where no small motion of the
+/// joints brings the tool nearer to the goal. Then [`CLOSED`] replaces a longer `progress_timeout`. An arm that moves a little
+/// faster may be passing a saddle point of the error.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 
@@ -46,8 +46,8 @@ pub(super) struct Tracked {
 }
 
 impl Servo {
-    /// Returns the distance of `point` and the arm's reach \[m\] if the point is beyond reach. Returns `None` if it is not, or if
-    /// the aim is an orientation only.
+    /// Returns how far away `point` is and how far the arm reaches \[m\], if the point is beyond reach. Returns `None` if the arm can
+    /// reach the point, or if the aim is only an orientation.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, controller, .. } = &self.settings;
         let reach = self.robot.arms.reach(point, limits.position.ranges());
@@ -154,7 +154,7 @@ impl Servo {
         }
     }
 
-    /// Returns whether the arm, at the speed of the last command, stays within `tolerance` for [`LINGERING`].
+    /// Returns whether the last command is so slow that the tool moves by at most `tolerance` in the time [`LINGERING`].
     fn lingers(&self, tolerance: &Tolerance) -> bool {
         let arm = self.robot.arms.state();
         let asked_for = self.settings.controller.aim.part_of(arm, &arm.tool_twist(&self.output.motion));

@@ -14,12 +14,12 @@ const CYCLES: f64 = 20.0;
 /// limit.
 const DELAYS: f64 = 5.0;
 
-/// The fraction of the acceleration limit that braking for gaps uses.
+/// The fraction of the acceleration limit that the arm uses to brake for gaps.
 const SHARE: f64 = 0.5;
 
-/// The largest rate at which a gap below the clearance has to grow, as a fraction of its fastest growth. In the fastest growth, every
-/// joint widens the gap at its desired speed. If the gap only had to stay constant, it would slowly close, because the path of each
-/// joint is curved.
+/// A gap below the clearance has to grow. The required rate of growth is at most this fraction of the fastest growth, in which every
+/// joint widens the gap with its desired speed. If the gap only had to stay constant, it would slowly close, because the joints
+/// move the parts along curved paths.
 const LEAVING: f64 = 0.1;
 
 /// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
@@ -37,8 +37,8 @@ const MOST_GAPS: usize = 200;
 /// limits on speed near position limits.
 ///
 /// Let `θ̇_w` be the desired velocity. If the desired motion is a motion of the tool, the nearest velocity is the one with the
-/// nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`, with the Jacobian `J` and the weight μ = [`JOINT_WEIGHT`]. Otherwise
-/// it is the one with the nearest joint motion.
+/// nearest tool motion: it minimizes `|J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`. Here `J` is the Jacobian, and the weight μ is
+/// [`JOINT_WEIGHT`]. Otherwise the nearest velocity is the one with the nearest joint motion.
 ///
 /// If all gaps are above the clearance, there is always a solution, because a standing arm satisfies the constraint of every such
 /// gap. A gap below the clearance must grow. If such constraints contradict each other, they are dropped. If rounding leaves no

@@ -20,8 +20,8 @@ const JERK_SHARE: f64 = 0.25;
 ///
 /// The path of the filtered velocity is nearly the law's path. But while s changes, the speed along the path changes too. The
 /// filter does not count that acceleration, so the command lags a little, and the tool leaves the path a little. In the motion of
-/// the reference paper, under the law `logc`, it leaves the path by 0.01 mm if the acceleration limit is 50 rad/s², by 1.3 mm at
-/// 5 rad/s² and by 7 mm at 2 rad/s². In other motions, these distances are up to four times as large.
+/// the reference paper, under the law `logc`, the distance from the path is 0.01 mm with an acceleration limit of 50 rad/s². It
+/// is 1.3 mm at 5 rad/s² and 7 mm at 2 rad/s². In other motions, these distances are up to four times as large.
 pub(super) struct DemandedAcceleration {
     /// A copy of the arms, in their state at the end of the next cycle.
     ahead: Arms,

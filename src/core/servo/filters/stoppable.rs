@@ -21,12 +21,11 @@ const MORE_CYCLES: usize = 10;
 const DEPTH: usize = 10;
 
 /// Accepts a velocity if, after it, the arm can be stopped without closing any gap. In this stop, each joint brakes with its own
-/// deceleration. If the velocity is not accepted, slows down along the present path, or stops.
+/// deceleration. If the velocity is not accepted, the arm slows down along its present path, or stops.
 ///
-/// Each earlier velocity was accepted in the same way. So a stop at any time closes no gap, even if one command of the stop acts
-/// for one cycle longer than recent commands did. The path of the stop is checked at its beginning and at its end. If the gaps
-/// there do not prove that the path in between is clear, the path is halved and checked at its middle, too (Schwarzer, Saha &
-/// Latombe 2005).
+/// Because every velocity is checked, a stop at any time closes no gap. This is true even if one command of the stop acts for one
+/// cycle longer than usual. The path of the stop is checked at its beginning and at its end. If the gaps there do not prove that
+/// the path in between is clear, the path is halved and checked at its middle, too (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -38,7 +37,7 @@ pub(super) struct Stoppable {
     slope: Vec<f64>,
     slowed: Vec<f64>,
     places: u32,
-    /// The pair for which the last command was rejected; `None` if the command was accepted.
+    /// The pair whose gap might become too narrow in a stop after the last velocity; `None` if this velocity was accepted.
     pub held_by: Option<ClosePair>,
 }
 
@@ -62,11 +61,11 @@ struct StoppingPath {
 struct Travel {
     /// The displacement since the beginning of the stop \[rad, prismatic: m\].
     gone: f64,
-    /// The length of the path, in which motions in both directions add up \[rad, prismatic: m\].
+    /// The sum of the joint's motions in both directions since the beginning of the stop \[rad, prismatic: m\].
     length: f64,
-    /// The least speed so far [rad/s, prismatic: m/s].
+    /// The least signed speed since the beginning of the stop [rad/s, prismatic: m/s].
     slowest: f64,
-    /// The largest speed so far [rad/s, prismatic: m/s].
+    /// The largest signed speed since the beginning of the stop [rad/s, prismatic: m/s].
     fastest: f64,
 }
 
@@ -115,8 +114,8 @@ impl StoppingPath {
     }
 
     /// Returns, for each joint, the least and the largest difference between its real position after `cycles` cycles and the computed
-    /// position \[rad, prismatic: m\]. Allows for one cycle that takes twice its time. If the mean time between cycles exceeds the
-    /// control period, also allows for motion during all of the extra time, or during none of it.
+    /// position \[rad, prismatic: m\]. Assumes that one cycle may take twice its time. The mean time between cycles may exceed the
+    /// control period. In this case, the robot may move during all of the extra time, or during none of it.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -225,8 +224,8 @@ impl PathCheck<'_> {
         self.placed.place(self.scene, self.input.arms.chains(), self.positions);
     }
 
-    /// Returns a lower bound of the gap after `cycles` cycles of the stop \[m\]. The caller must have [placed](Self::place) the arm
-    /// at its position after these cycles, and have measured the `gap` there.
+    /// Returns a lower bound of the real gap after `cycles` cycles of the stop \[m\]: the computed `gap` less its largest possible
+    /// error. The caller must have [placed](Self::place) the arm at its computed position after these cycles.
     fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
         self.placed.slope(self.scene, pair, gap, self.slope);
         gap.distance - self.stop.spare(cycles, self.slope)
@@ -350,8 +349,8 @@ impl PathCheck<'_> {
     }
 }
 
-/// Sets `slowed` to the last command, slowed as far as all joints can slow down in one cycle without leaving the present path. If
-/// the jerk is limited, sets it to the mean of `velocity` and the first command of a stop instead.
+/// Sets `slowed` to the last command, scaled down as far as every joint can brake in one cycle. All joints are scaled by one factor,
+/// so the arm stays on its path. If the jerk is limited, sets `slowed` to the mean of `velocity` and the first command of a stop.
 fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
     if input.joints.braking.limits_jerk() {
         input.joints.stop(slowed);
