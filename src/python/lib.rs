@@ -1,4 +1,4 @@
-//! The module `dq_servo._native`, which is the Rust part of the Python package: poses, chains, laws, the servo in simulated time,
+//! The module `dq_servo._native`, which is the Rust part of the Python package: poses, chains, laws, the servo cycle by cycle,
 //! bags, and the comparison of laws. Arrays are numpy arrays. Errors of the Rust crates become `ValueError`s with the same message.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.

@@ -1,4 +1,4 @@
-//! The servo in simulated time.
+//! The servo, cycle by cycle: the caller passes the time of each cycle.
 
 use super::arrays::{Numbers, array, slice, wrong};
 use super::joints::JointGoal;

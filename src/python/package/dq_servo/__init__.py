@@ -1,4 +1,4 @@
-"""Dual-quaternion control of serial arms: kinematics, control laws, the servo in fake time, bags, and the comparison of laws.
+"""Dual-quaternion control of serial arms: kinematics, control laws, the servo cycle by cycle, bags, and the comparison of laws.
 
 Units are meters, radians and seconds. Quaternions are (w, x, y, z), dual quaternions (real, dual), twists and rows of Jacobians
 (angular, linear). Array arguments may be anything that numpy converts to an array; results are numpy arrays. Invalid arguments raise a
