@@ -44,7 +44,7 @@ pub struct Admittance {
 /// The parameters of the motion about and along each axis, in the form in which they are ramped. Angular numbers come first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Dynamics {
-    /// The stiffness `k` as `k / (k + HALF)`.
+    /// The fraction `k / (k + HALF)`, with the stiffness `k` (see [`HALF`]).
     firmness: Vector6<f64>,
     damping: Vector6<f64>,
     mass: Vector6<f64>,

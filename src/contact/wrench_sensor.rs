@@ -11,13 +11,15 @@ use std::time::Duration;
 /// The largest force or torque that a message may contain \[N, N m\].
 const LARGEST: f64 = 1e12;
 
-/// The low-pass filter and the running mean count a longer interval between two wrenches as this long \[s\].
+/// The longest interval between two wrenches that the low-pass filter and the running mean assume \[s\]. They replace a longer
+/// interval by this one.
 const LONGEST_INTERVAL: f64 = 0.1;
 
 /// The time constant of the running mean \[s\]. [`WrenchSensor::tare`] sets the bias of the sensor to this mean.
 const MEAN: f64 = 0.3;
 
-/// A sensor is frozen if it has repeated one wrench bit for bit for this time, although the tool has moved by [`MOVED`].
+/// A sensor is frozen if it has repeated one wrench bit for bit for more than this time \[s\], although the tool has moved by more
+/// than [`MOVED`].
 const UNCHANGED: f64 = 0.5;
 /// The distance that the tool must move before a sensor with an unchanged wrench counts as frozen \[m\].
 const MOVED: f64 = 2e-3;

@@ -179,8 +179,8 @@ impl Scene {
     }
 }
 
-/// Returns the joint positions of sample `number`. The samples are spread evenly over the part of each range from −π to π (Roberts
-/// 2018).
+/// Returns the joint positions of sample `number` \[rad, prismatic: m\]. The samples are spread evenly over the joint ranges (Roberts
+/// 2018). A limit beyond ±π counts as ±π.
 fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     let root = (0..64).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (ranges.len() as f64 + 1.0)));
     let mut step = 1.0;

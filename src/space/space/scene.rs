@@ -51,8 +51,8 @@ pub(super) struct Meeting {
 /// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body. Each part is named by the number of the joint that moves its link (from 1, arm after arm); 0 for a
-    /// base.
+    /// Two parts of the body. Each part is named by the number of the joint that moves its link, counted from 1, arm after arm; a
+    /// part fixed to a base by 0.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
