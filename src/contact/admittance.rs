@@ -100,8 +100,8 @@ impl Admittance {
     }
 
     /// Moves the offset by one step of `dt` \[s\] under the `wrench` in the frame of the yielded goal, torque first \[N m, N\]. The
-    /// tool follows `delay` \[s\] later. Without `compliance` the offset returns to the identity. A change of `compliance` does not
-    /// make the offset jump.
+    /// tool follows `delay` \[s\] later, so a longer delay raises the [least damping](Compliance::least_damping). Without
+    /// `compliance`, the offset returns to the identity. A change of `compliance` does not make the offset jump.
     pub fn advance(&mut self, compliance: Option<&Compliance>, wrench: &Vector6<f64>, delay: f64, dt: f64) {
         let target = match (compliance, &self.dynamics) {
             (Some(compliance), _) => Dynamics::of(compliance, delay),

@@ -23,8 +23,8 @@ const TOO_FAR: f64 = 2.0;
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// The monitor compares the motion with the commands at the estimated delay plus each of these times. The comparison that fits best
-/// counts.
+/// The monitor compares the motion with the commands at the estimated delay plus each of these times. Of the three results for a
+/// joint, the one that is best for the joint counts.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
 /// How long a joint must fail to follow its commands before the monitor reports that the arm does not follow.
@@ -80,8 +80,8 @@ impl Part {
         }
     }
 
-    /// Returns whether the joint moves much less than the other joints, or much too far. If the motion of the others is unknown,
-    /// the fraction `common` takes its place.
+    /// Returns whether the joint moves much less than the other joints, or much too far. If the commands of the other joints were too
+    /// small to tell, compares with the fraction `common` instead.
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR

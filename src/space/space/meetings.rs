@@ -13,7 +13,7 @@ const SAMPLES: u32 = 200;
 /// A pair counts as always touching if its parts are apart in at most this many samples: 5 %, as in MoveIt's setup assistant.
 const SELDOM: u32 = SAMPLES / 20;
 
-/// The range that a prismatic joint without limits is assumed to have, on each side of 0 \[m\].
+/// The assumed range of a prismatic joint without limits, on each side of 0 \[m\].
 const SLIDE: f64 = 3.0;
 
 impl Scene {
@@ -203,8 +203,8 @@ fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     links
 }
 
-/// Returns the levers of each capsule, one per link: the largest distance of the capsule's segment from the axis of the link
-/// \[m\]. The lever is 1 for a link that slides, and 0 for a link that does not carry the capsule.
+/// Returns the levers of each capsule, one per link: an upper bound of the distance of the capsule's segment from the axis of the
+/// link \[m\]. The lever is 1 for a link that slides, and 0 for a link that does not carry the capsule.
 fn levers(
     capsules: &[Capsule],
     chains: &[Chain],
