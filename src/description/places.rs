@@ -10,8 +10,8 @@ use std::collections::HashMap;
 pub struct Place {
     /// The moving joint between base and tool that carries the link, counted from 1; 0 if the link is fixed to the base.
     pub carrier: usize,
-    /// The pose of the link in the frame that moves with the [carrier](Self::carrier) joint and has its z axis along the axis of
-    /// that joint. If the link is fixed to the base, this is its pose in the base frame.
+    /// The pose of the link in the frame of the [carrier](Self::carrier) joint. That frame moves with the joint, and its z axis is
+    /// the joint's axis. If the link is fixed to the base, this is the pose of the link in the base frame.
     pub carrier_from_link: UnitDualQuaternion,
     /// Whether the link is between the arm's base and its tool.
     pub is_of_arm: bool,

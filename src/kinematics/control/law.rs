@@ -171,8 +171,8 @@ const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional
 built_in! {
     /// The difference in R⁸, mapped by the transposed Jacobian: the paper's difference feedback (eq. 16–20).
     Diffc = 0: Diffc,
-    /// The dual quaternion of the error, `q* q_d − 1`, mapped by the damped inverse. This is the difference in R⁸ between the goal
-    /// and the tool as seen from the tool. It differs from the pseudoinverse of the 8×n pose Jacobian times `q_d − q`.
+    /// The dual quaternion of the error, `q* q_d − 1`, mapped by the damped inverse. The error is the difference in R⁸ between the
+    /// goal and the tool, both as seen from the tool. This law is not the pseudoinverse of the 8×n pose Jacobian times `q_d − q`.
     DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
     /// The screw logarithm, mapped by the damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
     Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),

@@ -258,7 +258,8 @@ impl QuadraticProgram {
         }
     }
 
-    /// Returns the index in `active` of the constraint whose multiplier becomes 0 first, and the length of the step to that point.
+    /// Returns the index in `active` of the constraint whose multiplier becomes 0 first as the step gets longer. Also returns the
+    /// length of the step at which that multiplier becomes 0.
     fn first_to_go(&self) -> (usize, f64) {
         let mut first = (0, f64::INFINITY);
         for (place, (multiplier, relief)) in self.multipliers.iter().zip(&self.relief).enumerate() {
