@@ -187,8 +187,8 @@ impl<'a> Branches<'a> {
 
     /// Returns the link after `from` at which the arm ends and its gripper begins. The arm has `joints` joints before `from`.
     fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
-        /// The smallest number of arm joints before a jaw. After fewer joints, a joint that opens to one side like a jaw is one of the
-        /// arm's own joints, such as the vertical axis of a gantry.
+        /// The smallest number of joints that an arm has before the jaw of a gripper. If fewer joints come before a joint that moves
+        /// to one side like a jaw, the joint belongs to the arm, such as the vertical axis of a gantry.
         const FEWEST: usize = 4;
         let (mut link, mut last) = (from, None);
         loop {

@@ -20,8 +20,8 @@ pub struct Place {
 }
 
 impl Description {
-    /// Returns the places of all links that are connected with the arm. `chain` is the arm's kinematics. Joints that are not part
-    /// of the arm are at their start positions.
+    /// Returns, by link name, the places of all links that joints connect to the arm. `chain` is the arm's kinematics. Joints that
+    /// are not part of the arm are at their start positions.
     ///
     /// # Errors
     /// [`ArmError`] if the chain belongs to another arm.

@@ -121,7 +121,7 @@ fn limits_of_extreme_size_count_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
-/// Each limit of a prismatic joint counts independently, as for a revolute joint.
+/// Checks that a prismatic joint may have one position limit without the other, like a revolute joint.
 #[test]
 fn a_sliding_joint_may_have_no_limit() {
     for lower in ["-1e9", "-1e16", "-inf"] {

@@ -146,7 +146,8 @@ impl QuadraticProgram {
         &self.rows[constraint * self.count..][..self.count]
     }
 
-    /// Returns the slack of a constraint at `x`, and the size of the terms from which the slack is computed.
+    /// Returns the slack `aₖ·x − bₖ` of a constraint at `x`, and the sum of the absolute values of its terms. That sum bounds the
+    /// rounding error of the slack.
     fn slack(&self, constraint: usize, x: &[f64]) -> (f64, f64) {
         let (mut slack, mut size) = (-self.bounds[constraint], self.bounds[constraint].abs());
         for (row, x) in self.row(constraint).iter().zip(x) {

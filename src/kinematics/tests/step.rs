@@ -41,7 +41,8 @@ const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
 const NEAR_SINGULAR_TWICE: f64 = 1e6 * REFERENCE;
 const NEAR_WITH_ANY_ARM: f64 = 100.0 * REFERENCE;
 
-/// Checks kinematics, Jacobian, singular value and three laws at `theta`, with the pose at `goal` as the goal.
+/// Checks kinematics, Jacobian, singular value and three laws at the joint positions `theta`. The goal is the pose of the tool at the
+/// joint positions `goal`.
 fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
