@@ -24,7 +24,7 @@ pub struct Guess {
 /// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
 ///
 /// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
-/// end of the chain with the most joints. That chain ends where a gripper begins, and includes the fixed joints at its end. A
+/// end of the chain with the most joints. Fixed joints at the end of the chain belong to the chain, but a gripper does not. A
 /// one-sided joint at the end of a chain is a gripper (a jaw) if at least four joints precede it. A gripper also begins at a link
 /// that carries several moving parts, if none of these parts has more joints than the arm has up to that link. The base frame is
 /// `base_link` if that link is on the path to the tool, otherwise the root.

@@ -195,7 +195,7 @@ built_in! {
     /// logc with a gain that depends on the size of the error, so that the time to arrive has a preset bound (Aldana-López et al.
     /// 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
-    /// logc with a memory of its velocity: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
+    /// The second-order version of logc, which remembers the desired twist: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,
 }
 

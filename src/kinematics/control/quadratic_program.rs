@@ -42,7 +42,7 @@ pub struct QuadraticProgram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Infeasible;
 
-/// A constraint counts as violated if its slack is less than `-BROKEN` times the size of its terms.
+/// A constraint counts as violated if its slack is less than `-BROKEN` times the sum of the absolute values of the slack's terms.
 const BROKEN: f64 = 1e-10;
 
 /// A constraint counts as dependent on the active constraints if the part of its normal that is orthogonal to the active normals is
