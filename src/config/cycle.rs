@@ -70,7 +70,7 @@ pub(super) struct CommonParameters {
 #[derive(Parameters)]
 #[parameters(prefix = "damping.")]
 pub(super) struct DampingParameters {
-    /// lambda of the damped inverse at a singularity; rad and m weigh alike, for the tool and for the joints
+    /// lambda of the damped inverse at a singularity, for a Jacobian in which 1 rad counts as much as 1 m
     #[parameter(default = 0.05, range = 0.0..=1.0)]
     max: f64,
     /// damping begins when the smallest singular value falls below this
