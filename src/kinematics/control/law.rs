@@ -20,7 +20,8 @@ pub struct Law {
 /// Number of entries in a controller's list of gains. Each built-in or registered law has one entry; all other laws share the last.
 pub(super) const MOST: usize = 16;
 
-/// The index of the gains of all laws that are neither built in nor registered. At most this many laws can be registered.
+/// The index of the last entry in a controller's list of gains. All laws that are neither built in nor registered share this entry.
+/// Built-in and registered laws together can be at most this many, because their entries come before it.
 const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.

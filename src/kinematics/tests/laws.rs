@@ -1,4 +1,5 @@
-//! The table of the laws: the formula of each cell, and the properties that the literature gives for derived gains.
+//! Tests of the table of laws in [`dq_kinematics::control`]: the formula of each law, and the properties that the literature gives
+//! for the laws with derived gains.
 
 use crate::control::{Loop, pose, theta};
 use crate::puma::{controller, puma};
