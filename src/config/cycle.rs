@@ -56,8 +56,8 @@ pub(super) struct CommonParameters {
     reliability: StatesReliability,
     #[parameter(group)]
     pub settings: Settings,
-    /// pose of the tool that moves to the goal, in tool_frame: x y z \[m\], then qx qy qz qw. After a change the arm stands until
-    /// there is a new request
+    /// pose of the tool that moves to the goal, in tool_frame: x y z \[m\], then qx qy qz qw. After a change the arm stops and waits
+    /// for a new request
     #[parameter(default = NO_POSE)]
     tool_offset: PoseNumbers,
     #[parameter(group)]

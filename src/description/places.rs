@@ -36,7 +36,8 @@ impl Description {
         Ok(places)
     }
 
-    /// Returns the places of all links, with their poses in the base frame. The arm's joints are at zero.
+    /// Returns the places of all links with the arm's joints at zero. In this result, `carrier_from_link` is the pose of the link in
+    /// the base frame.
     fn places_in_base(&self) -> HashMap<&str, Place> {
         let mut carrier = 0;
         let mut place = Place {

@@ -155,8 +155,8 @@ impl Arms {
         if is_tool_frame { tool } else { tool * offset.inverse() }
     }
 
-    /// Returns the linear and the angular speed of the tool; of two tools, the larger of each speed. `theta_dot` are the joint
-    /// velocities [rad/s, prismatic: m/s].
+    /// Returns the linear and the angular speed of the tool. For two arms, returns the larger of the two linear speeds and the larger
+    /// of the two angular speeds. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);

@@ -198,8 +198,9 @@ fn turned(angle: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::z_axis())
 }
 
-/// Turns a tool from `angle` \[rad\] to 0 by logc, with the worst measurement error of ±`noise` \[rad\]: the error always shows the
-/// tool on the other side of the half turn. Returns how far the tool has turned in 10 s, and how often the sign has changed.
+/// Turns a tool from `angle` \[rad\] to 0 by logc, with the worst measurement error of ±`noise` \[rad\]. The error always shifts the
+/// measured angle toward the other side of the half turn. Returns how far the tool has turned in 10 s \[rad\], and how often the sign
+/// has changed.
 fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32) {
     let (goal, law) = (turned(0.0), with_gain(Law::Logc, 1.0));
     let (mut at, mut turned_by, mut flips) = (angle, 0.0, 0);
