@@ -146,8 +146,8 @@ impl QuadraticProgram {
         &self.rows[constraint * self.count..][..self.count]
     }
 
-    /// Returns the slack `aₖ·x − bₖ` of a constraint at `x`, and the sum of the absolute values of its terms. That sum bounds the
-    /// rounding error of the slack.
+    /// Returns the slack `aₖ·x − bₖ` of a constraint at `x`, and the sum of the absolute values of its terms. The rounding error of
+    /// the slack is proportional to that sum.
     fn slack(&self, constraint: usize, x: &[f64]) -> (f64, f64) {
         let (mut slack, mut size) = (-self.bounds[constraint], self.bounds[constraint].abs());
         for (row, x) in self.row(constraint).iter().zip(x) {
