@@ -22,7 +22,7 @@ use std::time::Duration;
 /// The error (position or rotation) has settled when it stays below this fraction of its initial value (paper §3, §8: 2 %).
 const SETTLING_BAND: f64 = 0.02;
 
-/// Measures when one error, of position or of rotation, settles.
+/// Measures the settling time of one quantity, such as the position error or the rotation error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settling {
     band: f64,

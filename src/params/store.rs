@@ -12,7 +12,7 @@ pub struct ParameterStore {
     also_known: Vec<&'static str>,
 }
 
-/// Number of names per source that a warning lists. The file of a whole robot may have many more.
+/// The largest number of unknown names that a warning lists. The parameter file of a whole robot may contain many more.
 const LISTED: usize = 4;
 
 impl ParameterStore {

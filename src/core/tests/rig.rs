@@ -75,7 +75,7 @@ pub struct Rig {
     pub check_tools: bool,
     /// The publisher of the joint states.
     pub source: u32,
-    /// The search for other configurations; `None` if nobody answers the servo's questions.
+    /// The search for other configurations of the arm, which [`Servo::ask`] starts; `None` if the program has no search.
     pub search: Option<Search>,
     /// How long the search takes to answer.
     pub search_time: Duration,
@@ -507,7 +507,7 @@ impl Rig {
         self.opinion.doubt(self.now);
     }
 
-    /// Moves `joint` by `by` at once, as if by hand. Joints are counted arm after arm.
+    /// Displaces `joint` instantly by `by` \[rad, prismatic: m\], as if somebody moved it by hand. Joints are counted from 0, arm after arm.
     pub fn jump(&mut self, joint: usize, by: f64) {
         let (arm, joint) = (joint / self.names.len(), joint % self.names.len());
         let mut positions = self.plants[arm].positions().to_vec();

@@ -38,8 +38,8 @@ impl Rig {
         }
     }
 
-    /// Checks this cycle against the page on safety: only requests move the arm, the output keeps the limits, and the arm moves if it
-    /// must. `before` is the output of the previous cycle.
+    /// Checks this cycle against the guide's safety page: only requests move the arm, the output keeps the limits, and the arm moves if
+    /// it must. `before` is the output of the previous cycle.
     pub(super) fn check(&mut self, before: Option<&[f64]>) {
         let verdict = self.opinion.cycle(self.now);
         let (state, reason) = (self.state(), self.servo.status().reason);

@@ -1,5 +1,5 @@
-//! Goals that wait for their frames. Some events drop the goal in force or request it again. Such an event supersedes each goal that
-//! arrived before the event and gets its frame after the event.
+//! Tests of goals that wait for their frames. Some events drop the goal in force, or request that goal again. Such an event supersedes
+//! each goal that arrived before the event but gets its frame only after the event.
 
 use crate::reference::pose;
 use crate::rig::{Rig, reading, state_of};
