@@ -81,7 +81,7 @@ struct LastSample {
     speed_squared: f64,
 }
 
-/// The least distance between the ends of the path for which the path ratio is computed \[m\].
+/// The path ratio is computed only while the tool is at least this far from its start \[m\].
 const APART: f64 = 1e-3;
 
 impl MotionMeter {

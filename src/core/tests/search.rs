@@ -1,4 +1,4 @@
-//! The search for another configuration, on every built-in arm and on two arms.
+//! Tests of the search for another configuration, for each built-in arm and for two arms that one servo controls.
 
 use crate::arms::{anywhere, servo};
 use crate::reference::{distance, dual_parameters, parameters};

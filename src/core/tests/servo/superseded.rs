@@ -7,7 +7,7 @@ use dq_core::servo::{Contended, GoalReading, Interface, Rejection, Revocation, S
 use dq_kinematics::control::{Aim, Law};
 use std::time::Duration;
 
-/// Returns another goal, which has waited for its frame for `seconds`.
+/// Returns a goal at the pose theta_third that has waited `seconds` for its frame.
 fn found(seconds: f64) -> GoalReading<'static> {
     let pose = pose("theta_third");
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }
