@@ -197,8 +197,8 @@ impl Opinion {
         self.revoked = self.revoked.later(until);
     }
 
-    /// Revokes the requests that were made before `now`, if `is` is `Yes`. If `is` is `Maybe`, it is afterwards uncertain whether
-    /// they are revoked.
+    /// Revokes the requests that were made before `now`. `is` says how certain this revocation is: `No` revokes nothing, and after
+    /// `Maybe` it is uncertain whether these requests are revoked.
     fn revoke_if(&mut self, is: Truth, now: Duration) {
         match is {
             No => {}
@@ -492,8 +492,8 @@ impl Opinion {
         self.doubt(now);
     }
 
-    /// Notes whether the robot obeys. If the robot does not move as commanded, `altered` says whether the robot stands instead.
-    /// `must` says whether the arm had to move until now.
+    /// Notes whether the robot obeys its commands. `altered` is `None` if it obeys, true if it stands despite a command to move, and false
+    /// if it moves differently. `must` says whether the arm had to move until now.
     pub fn robot(&mut self, altered: Option<bool>, must: bool, now: Duration) {
         if altered.is_some() {
             self.doubt(now);

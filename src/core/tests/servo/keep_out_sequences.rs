@@ -21,8 +21,8 @@ enum Event {
     Stop,
     Pause,
     Law(usize),
-    /// The servo misses one cycle. The arm must keep rule 22 even so: the rule takes one more missed cycle into account than the servo
-    /// has missed recently.
+    /// The servo misses one cycle. Rule 22 must hold even so, because the servo always allows for one more missed cycle than it has
+    /// missed recently.
     Late,
     Twist([f64; 3], [f64; 3]),
 }

@@ -1,5 +1,5 @@
-//! Tests of rule 8 of the guide's safety page. If a law stands still at a singularity, the servo leads the arm out of the singularity, or
-//! reports it as the reason of the stall.
+//! Tests of rules 8 and 9 of the guide's safety page, at singularities. If a law stands still at a singularity, the servo leads the arm
+//! out of the singularity. If the motion stalls, the status gives the right reason.
 
 use crate::reference::puma;
 use crate::rig::Rig;
