@@ -57,8 +57,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Returns `½θ / sin ½θ` and β of an angle \[rad\]. If the formula of β would lose digits, uses a series with Bernoulli numbers
-    /// instead.
+    /// Returns `½θ / sin ½θ` and `β = (1 − ½θ cot ½θ)/θ²` for the `angle` θ \[rad\]. The function uses a series with Bernoulli
+    /// numbers for β if θ is so small that the formula would lose digits.
     fn formulas(angle: f64) -> [f64; 2] {
         let (half, square) = (0.5 * angle, angle * angle);
         let (sin, cos) = half.sin_cos();

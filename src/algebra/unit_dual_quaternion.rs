@@ -33,7 +33,7 @@ impl Default for UnitDualQuaternion {
 }
 
 impl UnitDualQuaternion {
-    /// Returns the pose without rotation and translation.
+    /// Returns the identity pose: no rotation and no translation.
     pub fn identity() -> Self {
         Self::from_parts(UnitQuaternion::identity(), Vector3::zeros())
     }

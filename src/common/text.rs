@@ -11,7 +11,7 @@ use std::marker::PhantomData;
 /// than this.
 pub const LONGEST: usize = 250;
 
-/// The largest number of elements of a list from another program or a file; longer lists are refused. No robot has as many joints,
+/// The largest number of elements of a list from another program or a file; longer lists are refused. No robot has this many joints,
 /// and processing a longer list would take longer than a cycle.
 pub const MOST: usize = 100_000;
 

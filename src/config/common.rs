@@ -49,8 +49,8 @@ pub(super) struct CycleParameters {
     /// rate of the cycle of the servo and of the simulated arm \[Hz\]
     #[parameter(default = 500, range = 1..=2000, fixed)]
     update_rate: i64,
-    /// SCHED_FIFO priority of the cycle's thread; the DDS threads have one less, and the node's memory is locked. The system must
-    /// allow real-time priorities and locked memory. 0: normal threads
+    /// SCHED_FIFO priority of the cycle's thread. The DDS threads get the next lower priority, and the node's memory is locked. The
+    /// system must allow real-time priorities and locked memory. 0: normal threads
     #[parameter(range = 0..=99, fixed)]
     realtime_priority: i64,
 }

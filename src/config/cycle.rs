@@ -56,8 +56,8 @@ pub(super) struct CommonParameters {
     reliability: StatesReliability,
     #[parameter(group)]
     pub settings: Settings,
-    /// pose of the tool that moves to the goal, in tool_frame: x y z \[m\], then qx qy qz qw. After a change the arm stands until
-    /// there is a new request
+    /// pose of the tool that moves to the goal, in tool_frame: x y z \[m\], then qx qy qz qw. After a change the arm stops and waits
+    /// for a new request
     #[parameter(default = NO_POSE)]
     tool_offset: PoseNumbers,
     #[parameter(group)]
@@ -70,7 +70,7 @@ pub(super) struct CommonParameters {
 #[derive(Parameters)]
 #[parameters(prefix = "damping.")]
 pub(super) struct DampingParameters {
-    /// lambda of the damped inverse at a singularity; rad and m weigh alike, for the tool and for the joints
+    /// lambda of the damped inverse at a singularity, for a Jacobian in which 1 rad counts as much as 1 m
     #[parameter(default = 0.05, range = 0.0..=1.0)]
     max: f64,
     /// damping begins when the smallest singular value falls below this

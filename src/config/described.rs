@@ -154,8 +154,9 @@ impl Described {
         ))
     }
 
-    /// Returns values for parameters that the user has not set. Limits that the user has set take precedence over the limits in
-    /// the description.
+    /// Returns the values that the description provides for parameters that the user has not set. The start positions and the limits
+    /// on acceleration, deceleration and jerk depend on other limits. For these other limits, the values that the user has set
+    /// (`given`) take precedence over the description.
     pub fn defaults(&self, given: &GivenLimits) -> Vec<(String, Value)> {
         let limits: Vec<_> = self.moving().map(|joint| joint.limits).collect();
         let described: Option<Vec<f64>> = limits.iter().map(speed).collect();

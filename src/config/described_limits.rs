@@ -80,8 +80,8 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// Returns the limits in force of the joint with the index `joint`. `limits` are its limits in the description; limits that the
-    /// user has set replace them.
+    /// Returns the effective limits of the joint with the index `joint`: the limits that the user has set, and otherwise `limits`, the
+    /// joint's limits in the description.
     pub fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();

@@ -7,8 +7,8 @@ use dq_core::servo::{Compliance, GoalFrames, Posture};
 use dq_kinematics::control::{Aim, Controller, Law, LawGains};
 use dq_params::{Constraint, Declaration, Declarer, ParameterError, Parameters, Value};
 
-/// The parameters that only the servo of one arm has. The goal of two arms is always relative to the left tool, and cannot be in
-/// another frame.
+/// The parameters that only the servo of one arm has. The servo of two arms has no [`GoalFrames`], because its goal is always the
+/// pose of the right tool relative to the left tool.
 #[derive(Parameters)]
 struct OneArmParameters {
     /// control law; a switch takes effect in the next cycle, without a step in the command

@@ -79,8 +79,9 @@ impl ServoParameters {
         Ok(Self::from_values(values.into(), "robot_description")?)
     }
 
-    /// Creates the parameters for your own arm without position limits. `velocity` [rad/s, prismatic: m/s] and `acceleration`
-    /// [rad/s², prismatic: m/s²] are its limits, one number per joint. The joints are called joint1, joint2 and so on.
+    /// Creates the parameters for an arm of your own, with the kinematics `chain`. `velocity` [rad/s, prismatic: m/s] and
+    /// `acceleration` [rad/s², prismatic: m/s²] are its limits, one number per joint. The acceleration limits apply to the deceleration
+    /// too. There are no position limits and no jerk limits. The joints are called joint1, joint2 and so on.
     ///
     /// # Errors
     /// [`SettingsError`] if the number of limits differs from the number of joints, or a limit is invalid.

@@ -44,7 +44,7 @@ pub struct Admittance {
 /// The parameters of the motion about and along each axis, in the form in which they are ramped. Angular numbers come first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Dynamics {
-    /// The stiffness `k` as `k / (k + HALF)`.
+    /// The fraction `k / (k + HALF)`, with the stiffness `k` (see [`HALF`]).
     firmness: Vector6<f64>,
     damping: Vector6<f64>,
     mass: Vector6<f64>,
@@ -100,8 +100,8 @@ impl Admittance {
     }
 
     /// Moves the offset by one step of `dt` \[s\] under the `wrench` in the frame of the yielded goal, torque first \[N m, N\]. The
-    /// tool follows `delay` \[s\] later. Without `compliance` the offset returns to the identity. A change of `compliance` does not
-    /// make the offset jump.
+    /// tool follows `delay` \[s\] later, so a longer delay raises the [least damping](Compliance::least_damping). Without
+    /// `compliance`, the offset returns to the identity. A change of `compliance` does not make the offset jump.
     pub fn advance(&mut self, compliance: Option<&Compliance>, wrench: &Vector6<f64>, delay: f64, dt: f64) {
         let target = match (compliance, &self.dynamics) {
             (Some(compliance), _) => Dynamics::of(compliance, delay),

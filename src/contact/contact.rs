@@ -21,7 +21,8 @@ pub enum ContactFault {
     Force(f64),
     /// The torque has this size \[N m\], which exceeds its limit.
     Torque(f64),
-    /// The force has this size \[N\], and grows as the tool yields to it. So its sign is probably wrong.
+    /// The force has this size \[N\] and points along the motion that touched the obstacle. It also grows while the tool yields, or a
+    /// limit is exceeded. So the sign of the force is probably wrong.
     Sign(f64),
 }
 
@@ -88,8 +89,8 @@ impl ContactState {
     }
 
     /// Moves the offset by one step of `dt` \[s\]. The controlled tool is at `tool_offset` in the tool frame. `rotation` converts
-    /// vectors from the axes of the controlled tool to those of the yielded goal. The tool follows the goal `delay` \[s\] later.
-    /// Without `compliance`, the offset returns to the identity.
+    /// vectors from the axes of the controlled tool to those of the yielded goal. The tool follows the yielded goal `delay` \[s\]
+    /// later. Without `compliance`, the offset returns to the identity.
     pub fn yield_to_wrench(
         &mut self,
         compliance: Option<&Compliance>,

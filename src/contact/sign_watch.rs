@@ -17,7 +17,7 @@ const MOVES: f64 = 2e-3;
 /// The time after the start of a contact in which the force is monitored \[s\].
 const TIME: f64 = 0.5;
 
-/// The force has grown if it is this many times the force at the start of the contact.
+/// The force has grown if it is at least this many times the force at the start of the contact.
 const GROWN: f64 = 2.0;
 
 /// The force helps the motion if its component along the motion is at least this fraction of the force.
@@ -36,8 +36,8 @@ struct Touch {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SignWatch {
     touch: Option<Touch>,
-    /// The velocity of the tool when it was last without a contact [m/s]. This motion does not result from yielding, because there
-    /// was no contact.
+    /// The velocity of the tool [m/s] when the force was last within the dead band or below a third of [`TOUCH`]. At such a force the
+    /// tool hardly yields, so this motion comes from the goal.
     velocity: Vector3<f64>,
 }
 

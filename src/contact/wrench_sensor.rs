@@ -11,13 +11,15 @@ use std::time::Duration;
 /// The largest force or torque that a message may contain \[N, N m\].
 const LARGEST: f64 = 1e12;
 
-/// The low-pass filter and the running mean count a longer interval between two wrenches as this long \[s\].
+/// The longest interval between two wrenches that the low-pass filter and the running mean assume \[s\]. They replace a longer
+/// interval by this one.
 const LONGEST_INTERVAL: f64 = 0.1;
 
 /// The time constant of the running mean \[s\]. [`WrenchSensor::tare`] sets the bias of the sensor to this mean.
 const MEAN: f64 = 0.3;
 
-/// A sensor is frozen if it has repeated one wrench bit for bit for this time, although the tool has moved by [`MOVED`].
+/// A sensor is frozen if it has repeated one nonzero wrench bit for bit for more than this time \[s\], although the tool has moved by
+/// more than [`MOVED`].
 const UNCHANGED: f64 = 0.5;
 /// The distance that the tool must move before a sensor with an unchanged wrench counts as frozen \[m\].
 const MOVED: f64 = 2e-3;
@@ -29,7 +31,8 @@ pub struct WrenchReading<'a> {
     pub force: [f64; 3],
     /// Torque about the origin of the sensor's frame \[N m\].
     pub torque: [f64; 3],
-    /// The base frame or the tool frame, in which the pose `sensor` is given. An empty name stands for the tool frame.
+    /// The name of the frame in which the pose `sensor` is given: the base frame or the tool frame. An empty name stands for the tool
+    /// frame.
     pub frame_id: &'a str,
     /// The pose of the sensor's own frame, relative to the frame named by `frame_id`.
     pub sensor: UnitDualQuaternion,
@@ -127,7 +130,7 @@ impl WrenchSensor {
         self.measured_at.is_none_or(|time| now.saturating_sub(time) > compliance.wrench_timeout)
     }
 
-    /// Returns whether the sensor repeats one wrench, although the tool moves.
+    /// Returns whether the sensor has repeated one nonzero wrench for 0.5 s, although the tool has moved.
     pub fn is_frozen(&self) -> bool {
         self.unchanged.0 > UNCHANGED && self.unchanged.1 > MOVED
     }

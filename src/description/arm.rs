@@ -277,7 +277,8 @@ impl DescribedArm {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
     }
 
-    /// Returns how a joint of the arm drives `joint`; `None` if no joint of the arm drives it.
+    /// Returns how a joint of the arm drives `joint`; `None` if no joint of the arm drives it. A joint that is not a mimic joint drives
+    /// itself.
     pub fn coupling(&self, joint: &DescribedJoint) -> Option<Coupling> {
         let (name, ratio, offset) = match &joint.mimic {
             None => (&joint.name, 1.0, 0.0),

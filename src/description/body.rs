@@ -34,12 +34,12 @@ pub struct FittedBody {
     pub warning: Option<String>,
 }
 
-/// Fits capsules around the shapes of the arm between these frames, and around the shapes of the parts that the arm carries.
-/// `file` is the description's own file, if it has one.
+/// Fits capsules around the shapes of the arm between the frames `base` and `tool`, and around the shapes of the parts that the arm
+/// carries. `text` is the robot description, and `file` its file, if it comes from a file.
 ///
-/// Carried parts are connected to the arm by fixed joints. Beyond the arm's last joint, moving joints may also connect them, such
-/// as the joints of fingers. Such joints are at their start positions. A link without shapes, or with a shape that cannot be read,
-/// gets the capsule of [`Body::along`].
+/// Carried parts are the links that fixed joints connect to a moving link of the arm, and all links beyond the arm's last joint.
+/// Joints beyond the arm's last joint, such as those of fingers, are at their start positions. A link without shapes, or with a
+/// shape that cannot be read, gets the capsule of [`Body::along`].
 ///
 /// # Errors
 /// [`DescriptionError`] if the description has no arm between the frames.

@@ -74,7 +74,7 @@ fn without_places(text: &str, document: &Document) -> String {
     kept + &text[from..]
 }
 
-/// The name of a geometry (`None`: all geometries), and its transform \[m\].
+/// The name of a geometry, or `None` for all geometries, and its transform, which scales lengths to meters.
 type Placed<'a> = (Option<&'a str>, Matrix4<f64>);
 
 /// Returns the geometries that the scene places, with their transforms \[m\]. Without a scene, returns all geometries, scaled by

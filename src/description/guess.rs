@@ -24,7 +24,7 @@ pub struct Guess {
 /// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
 ///
 /// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
-/// end of the chain with the most joints. That chain ends where a gripper begins, and includes the fixed joints at its end. A
+/// end of the chain with the most joints. Fixed joints at the end of the chain belong to the chain, but a gripper does not. A
 /// one-sided joint at the end of a chain is a gripper (a jaw) if at least four joints precede it. A gripper also begins at a link
 /// that carries several moving parts, if none of these parts has more joints than the arm has up to that link. The base frame is
 /// `base_link` if that link is on the path to the tool, otherwise the root.
@@ -187,8 +187,8 @@ impl<'a> Branches<'a> {
 
     /// Returns the link after `from` at which the arm ends and its gripper begins. The arm has `joints` joints before `from`.
     fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
-        /// The smallest number of arm joints before a jaw. After fewer joints, a joint that opens to one side like a jaw is one of the
-        /// arm's own joints, such as the vertical axis of a gantry.
+        /// The smallest number of joints that an arm has before the jaw of a gripper. If fewer joints come before a joint that moves
+        /// to one side like a jaw, the joint belongs to the arm, such as the vertical axis of a gantry.
         const FEWEST: usize = 4;
         let (mut link, mut last) = (from, None);
         loop {

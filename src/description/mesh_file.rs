@@ -57,10 +57,12 @@ fn kind(file: &str) -> Option<String> {
     Some(Path::new(file).extension()?.to_str()?.to_lowercase())
 }
 
-/// Returns the path of the file; `None` if the file is not found. Searches for a `package://` name in installed prefixes, in
-/// folders of packages, and in the folders above the description's own file. A file with any other name must be in one of these
-/// packages, in the folder of the description's own file, or in a folder next to that folder. A description from the network has no
-/// file of its own, so it can only refer to files in packages.
+/// Returns the path of the mesh `file`; `None` if the file is not found. `description` is the path of the robot description's own
+/// file, if it has one. `folders` has the lists of [`packages`].
+///
+/// - The package of a `package://` name is searched in the folders of ROS packages and in the folders above `description`.
+/// - A file with any other name must be in a ROS package, in the folder of `description`, or in a folder next to that folder. A
+///   description from the network has no file of its own, so it can only refer to files in packages.
 fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option<PathBuf> {
     kind(file).filter(|kind| KINDS.contains(&kind.as_str()))?;
     let above = description.into_iter().flat_map(Path::ancestors).skip(1).map(Path::to_path_buf);

@@ -10,8 +10,8 @@ use std::collections::HashMap;
 pub struct Place {
     /// The moving joint between base and tool that carries the link, counted from 1; 0 if the link is fixed to the base.
     pub carrier: usize,
-    /// The pose of the link in the frame that moves with the [carrier](Self::carrier) joint and has its z axis along the axis of
-    /// that joint. If the link is fixed to the base, this is its pose in the base frame.
+    /// The pose of the link in the frame of the [carrier](Self::carrier) joint. That frame moves with the joint, and its z axis is
+    /// the joint's axis. If the link is fixed to the base, this is the pose of the link in the base frame.
     pub carrier_from_link: UnitDualQuaternion,
     /// Whether the link is between the arm's base and its tool.
     pub is_of_arm: bool,
@@ -20,8 +20,8 @@ pub struct Place {
 }
 
 impl Description {
-    /// Returns the places of all links that are connected with the arm. `chain` is the arm's kinematics. Joints that are not part
-    /// of the arm are at their start positions.
+    /// Returns, by link name, the places of all links that joints connect to the arm. `chain` is the arm's kinematics. Joints that
+    /// are not part of the arm are at their start positions.
     ///
     /// # Errors
     /// [`ArmError`] if the chain belongs to another arm.
@@ -36,7 +36,8 @@ impl Description {
         Ok(places)
     }
 
-    /// Returns the places of all links, with their poses in the base frame. The arm's joints are at zero.
+    /// Returns the places of all links with the arm's joints at zero. In this result, `carrier_from_link` is the pose of the link in
+    /// the base frame.
     fn places_in_base(&self) -> HashMap<&str, Place> {
         let mut carrier = 0;
         let mut place = Place {

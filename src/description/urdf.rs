@@ -1,4 +1,4 @@
-//! Writes a chain as a URDF document for RViz and other tools, and a described arm as a short document.
+//! Writes an arm as a URDF document: with visuals for RViz and other tools, or without visuals.
 
 use super::arm::{DescribedArm, DescribedJoint, JointLimits, Mimic, Motion, angles};
 use dq_algebra::UnitDualQuaternion;

@@ -7,7 +7,8 @@
 use super::arm::DescriptionError;
 use dq_common::text::cut;
 
-/// The delimiters of markup that is not an element. A longer delimiter comes before a shorter delimiter with the same beginning.
+/// The delimiters of markup that is not an element. The first delimiter that fits counts, so a longer delimiter comes before a
+/// shorter delimiter with the same beginning.
 const MARKS: [(&str, &str); 4] = [("?", "?>"), ("!--", "-->"), (CDATA, "]]>"), ("!", ">")];
 const CDATA: &str = "![CDATA[";
 

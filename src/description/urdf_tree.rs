@@ -95,8 +95,8 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     }
 }
 
-/// Returns the name, as written in the document, and the line of an element in xacro's namespace. This is the first such element
-/// whose name has a namespace prefix. If no name has a prefix, it is the first such element. `None` if there is no such element.
+/// Returns the name and the line of the first element in xacro's namespace; `None` if there is no such element. Elements whose names
+/// have a namespace prefix take precedence. The name is as written in the document, with its prefix.
 fn of_xacro(document: &Document) -> Option<(String, u32)> {
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
     let mut of_xacro = document.descendants().filter(is_macro);

@@ -6,14 +6,14 @@ use std::time::Duration;
 /// A publisher counts as present for this time after its last message.
 const PRESENCE: Duration = Duration::from_secs(1);
 
-/// The publishers of one input. The node gives them their numbers.
+/// The publishers of one input, of which it uses only one at a time. The node assigns a number to each publisher.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Arbiter {
     current: Option<Heard>,
     /// Another publisher that has sent a message since the current publisher was chosen.
     other: Option<Heard>,
-    /// Whether both publishers are present. Becomes true when the current publisher sends a message within [`PRESENCE`] after the
-    /// other publisher did.
+    /// Whether the publishers `current` and `other` are both present. Becomes true when the current publisher sends a message within
+    /// [`PRESENCE`] after a message of the other publisher.
     both: bool,
 }
 

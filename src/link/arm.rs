@@ -314,9 +314,9 @@ impl ArmLink {
         }
     }
 
-    /// Measures the joint velocities after a robot has appeared, or after missed cycles. Returns false if the measurement needs
-    /// another joint state. The first joint states may be old, so each velocity is measured twice. It is 0 if the two results have
-    /// different signs.
+    /// Sets `velocity` to the joint velocities after a robot has appeared, or after missed cycles [rad/s, prismatic: m/s]. Returns
+    /// false if this needs another joint state. The first joint states may be old, so the link determines each velocity twice and
+    /// uses the smaller result. If the two results have different signs, the velocity is 0.
     fn find_velocity(
         &mut self,
         now: Duration,

@@ -2,15 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The square of a commanded displacement counts as zero below this \[rad²\].
+/// A sum of squared commanded displacements below this counts as zero \[rad², prismatic: m²\].
 const NOTHING: f64 = 1e-12;
 
 /// Sums over measured and commanded displacements.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Comparison {
-    /// Sum of the products of measured and commanded displacement \[rad²\].
+    /// Sum of the products of measured and commanded displacement \[rad², prismatic: m²\].
     pub product: f64,
-    /// Sum of the squares of the commanded displacements \[rad²\].
+    /// Sum of the squares of the commanded displacements \[rad², prismatic: m²\].
     pub square: f64,
 }
 

@@ -25,8 +25,8 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// If the misfits of all candidates for the response time are below this \[rad²\], noise would decide, and no candidate is chosen.
-/// The misfit is the sum of the squared differences between motion and commands.
+/// If the misfits of all candidates for the response time are below this \[rad², prismatic: m²\], noise would decide, and no
+/// candidate is chosen. The misfit is the sum of the squared differences between motion and commands.
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age.
@@ -55,7 +55,7 @@ pub(crate) struct Latency {
     count: f64,
     /// The sum of each joint's measured displacements \[rad, prismatic: m\].
     moved: Vec<f64>,
-    /// The sum of the squares of all measured displacements \[rad²\].
+    /// The sum of the squares of all measured displacements \[rad², prismatic: m²\].
     motion: f64,
     candidates: Vec<Candidate>,
 }
@@ -70,10 +70,10 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Returns the misfit \[rad²\]: the sum of the squared differences between motion and commands, for the best fit. The fit
-    /// allows that the robot moves at a fraction f ≤ 1 of its commands, plus a constant speed of each joint. `motion` is the sum M
-    /// of the squared motions. The misfit is `M − 2 f P + f² W` with `f = P/W`, where P is the `product` and W is the `square` of
-    /// [`Comparison`]. All sums are taken about the means.
+    /// Returns the misfit \[rad², prismatic: m²\]: the sum of the squared differences between motion and commands, for the best fit.
+    /// The fit allows that the robot moves at a fraction f ≤ 1 of its commands, plus a constant speed of each joint. `motion` is the
+    /// sum M of the squared motions. The misfit is `M − 2 f P + f² W` with `f = P/W`, where P is the `product` and W is the `square`
+    /// of [`Comparison`]. All sums are taken about the means.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
         let count = latency.count.max(f64::MIN_POSITIVE);
         let joints = self.asked.iter().zip(&latency.moved);

@@ -6,15 +6,16 @@ use std::time::Duration;
 /// The length of a window. A lateness is remembered for at least one window, and for at most two windows.
 const WINDOW: Duration = Duration::from_secs(2);
 
-/// Robots with a command timeout stop about this long after the last command. A longer lateness has no further effect.
+/// The largest lateness that counts. Robots with a command timeout stop about this long after the last command, so a longer lateness
+/// has no further effect.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
 /// The weight of the newest cycle in the average time between cycles. With this weight, the average covers about fifty cycles,
 /// because a stop takes about this many cycles.
 const SMOOTHING: f64 = 0.02;
 
-/// The recent lateness of the cycles: the largest lateness of a single cycle, and the largest average lateness of as many cycles as
-/// a stop takes.
+/// The recent lateness of the cycles: the largest lateness of a single cycle, and the largest lateness averaged over the number of
+/// cycles that a stop takes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,

@@ -116,9 +116,9 @@ impl Default for ArmFigures {
 pub struct LinkSettings<'a> {
     /// The limits of the commands.
     pub limits: &'a Limits,
-    /// The age from which on a joint state is too old to use.
+    /// The largest age of a joint state that the servo uses.
     pub state_timeout: Duration,
-    /// The time without joint states after which the robot counts as having been away.
+    /// A pause in the joint states that is longer than this revokes consent.
     pub rearm_timeout: Duration,
     /// The time from a command to the joint state that shows its effect; `None` to estimate it.
     pub latency: Option<Duration>,

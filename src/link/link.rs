@@ -273,8 +273,8 @@ impl Link {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor, at most 1, by which to scale the speeds `target` [rad/s, prismatic: m/s] so that no joint that has not yet
-    /// responded gets a fast command. `accelerations` are the joints' acceleration limits [rad/s², prismatic: m/s²].
+    /// Returns the factor, at most 1, by which to scale the speeds `target` [rad/s, prismatic: m/s]. The factor limits the command of
+    /// each joint that has not yet responded. `accelerations` are the joints' acceleration limits [rad/s², prismatic: m/s²].
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {

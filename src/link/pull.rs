@@ -18,10 +18,10 @@ use dq_limits::{Limits, Pace};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The rate at which the estimate of the [`Pull`] changes, if the servo only estimates the pull and does not balance it [1/s].
+/// The rate at which the estimate follows the [`Pull`] if the servo only estimates the pull and does not balance it [1/s].
 const WATCHED: f64 = 5.0;
 
-/// Largest product of the estimate's rate and the robot's delay: half of what the small-gain theorem allows.
+/// Largest product of the estimate's rate and the robot's delay. It is half of the product that the small-gain theorem allows.
 const STABLE: f64 = 0.5;
 
 /// The largest estimate of a joint's pull (see [`Pull`]), as a fraction of the joint's speed limit.

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Number of intervals whose median counts. An outage is a single long interval, which does not change the median.
+/// The number of latest intervals. Their median decides whether joint states are too rare. An outage is a single long interval, which
+/// hardly changes the median.
 const KEPT: usize = 5;
 
 /// Joint states are too rare if their interval exceeds this fraction of the timeout. Because of jitter, some of them would then

@@ -39,7 +39,7 @@ pub(crate) struct Displacement<'a> {
     pub moved: &'a [f64],
 }
 
-/// The last samples of one arm, oldest first.
+/// The latest samples of one arm, the oldest first.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Samples {
     joints: Range<usize>,

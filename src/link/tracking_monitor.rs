@@ -23,11 +23,11 @@ const TOO_FAR: f64 = 2.0;
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// The monitor compares the motion with the commands at the estimated delay plus each of these times. The comparison that fits best
-/// counts.
+/// The monitor compares the motion with the commands at the estimated delay plus each of these times. Of the three results for a
+/// joint, the one that is best for the joint counts.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
-/// How long a joint must fail to follow before the arm counts as lost.
+/// How long a joint must fail to follow its commands before the monitor reports that the arm does not follow.
 const PERSISTENCE: Duration = Duration::from_millis(50);
 
 /// Commands below this speed are too small to show whether the arm follows [rad/s, prismatic: m/s].
@@ -55,7 +55,7 @@ struct Part {
     /// The joint's distance divided by its commanded distance, for the delay of [`SLACK`] at which this ratio is smallest. The
     /// commanded distance counts as at least [`LEAST_DISTANCE`].
     excess: f64,
-    /// The fraction of their commanded distance that the other joints have moved; −∞ if their commands were too small to tell.
+    /// The fraction of their commanded distance that the arm's other joints have moved; −∞ if their commands were too small to tell.
     others: f64,
 }
 
@@ -80,8 +80,8 @@ impl Part {
         }
     }
 
-    /// Returns whether the joint moves much less than the other joints, or much too far. If the motion of the others is unknown,
-    /// the fraction `common` takes its place.
+    /// Returns whether the joint moves much less than the other joints, or much too far. If the commands of the other joints were too
+    /// small to tell, compares with the fraction `common` instead.
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR
@@ -93,8 +93,8 @@ impl Part {
 enum Phase {
     /// The arm stands. Its next command begins a new motion.
     Standing,
-    /// The arm is commanded to move. `fails_since` is the time since which a joint has not followed; `None` while all joints
-    /// follow.
+    /// The arm is commanded to move. `fails_since` is the time since which a joint has not followed its commands; `None` while all
+    /// joints follow their commands.
     Driven { fails_since: Option<Duration> },
     /// The servo has sent zeros since this time, because the arm does not follow.
     Lost { since: Duration },
@@ -105,7 +105,7 @@ enum Phase {
 pub enum Disobedience {
     /// This joint has not followed its commands for this time.
     For(usize, Duration),
-    /// This joint stopped following too often.
+    /// The arm stopped following its commands too often. This joint is the latest one that did not follow.
     Again(usize),
 }
 

@@ -25,7 +25,7 @@ macro_rules! figures {
     };
 }
 
-/// The value of a figure, or `None`. It is converted to the type of the figure.
+/// The value of a figure, to convert to the type of the figure. For a figure of the type `f64`, `None` becomes 0.
 struct Named(Option<f64>);
 
 impl From<Named> for Option<f64> {

@@ -22,7 +22,7 @@ use std::time::Duration;
 /// The error (position or rotation) has settled when it stays below this fraction of its initial value (paper §3, §8: 2 %).
 const SETTLING_BAND: f64 = 0.02;
 
-/// Measures when one error, of position or of rotation, settles.
+/// Measures the settling time of one quantity, such as the position error or the rotation error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settling {
     band: f64,
@@ -81,7 +81,7 @@ struct LastSample {
     speed_squared: f64,
 }
 
-/// The least distance between the ends of the path for which the path ratio is computed \[m\].
+/// The path ratio is computed only while the tool is at least this far from its start \[m\].
 const APART: f64 = 1e-3;
 
 impl MotionMeter {

@@ -79,8 +79,8 @@ impl Declaration {
         }
     }
 
-    /// Returns the allowed values in words, with their unit. Without a constraint, returns an empty string or, for a list of doubles,
-    /// that its numbers must be finite.
+    /// Returns the allowed values in words, with their unit, such as "0 to 1 m". If there is no constraint, the text is empty. Only for a
+    /// list of doubles, it is then "finite numbers" with the unit.
     pub fn expected(&self) -> String {
         let unit = |before: &str| {
             if self.unit.is_empty() { String::new() } else { format!("{before}{}", self.unit) }

@@ -18,9 +18,9 @@ pub struct ParameterOverride {
     pub value: Value,
     /// The file or the argument that gives the value.
     pub source: String,
-    /// Whether the file or the argument names this node. If it does, the parameter must exist. If the value is for every node, a
-    /// node without the parameter ignores the value, as in ROS 2. But an unknown name in a namespace of our parameters is always an
-    /// error, because no other node uses these namespaces.
+    /// Whether the file or the argument names this node. If true, a parameter that the node does not have is an error. If false, the
+    /// value is for every node, and a node without the parameter ignores the value, as in ROS 2. There is one exception: an unknown
+    /// name in a namespace of this node's parameters, such as `limits.`, is always an error, because other nodes do not use these namespaces.
     pub by_name: bool,
 }
 

@@ -12,7 +12,7 @@ pub struct ParameterStore {
     also_known: Vec<&'static str>,
 }
 
-/// Number of names per source that a warning lists. The file of a whole robot may have many more.
+/// The largest number of unknown names that a warning lists. The parameter file of a whole robot may contain many more.
 const LISTED: usize = 4;
 
 impl ParameterStore {
@@ -90,8 +90,8 @@ impl ParameterStore {
         Ok(ignored.into_iter().map(warning).collect())
     }
 
-    /// Returns a copy of the store with all `changes`. A read-only parameter may be set to the value that it already has, so that a
-    /// node accepts its own dump.
+    /// Returns a copy of the store with all `changes`. A change may set a read-only parameter to its present value. So a node accepts
+    /// the file that `ros2 param dump` wrote for it.
     ///
     /// # Errors
     /// The first [`ParameterError`] among the changes.

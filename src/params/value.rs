@@ -75,14 +75,14 @@ impl Value {
     }
 }
 
-/// Writes a value as one line of YAML 1.1 that PyYAML can read. PyYAML requires a decimal point in a number with an exponent, and a
-/// sign of the exponent.
+/// Writes a value as one line of YAML 1.1 that PyYAML can read. In a number with an exponent, PyYAML requires a decimal point and a
+/// signed exponent, as in `1.0e+16`.
 fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     let text = serde_saphyr::to_string(&value).map_err(|_| fmt::Error)?;
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text to write as YAML. It is written without quotes if every ROS 2 tool then still reads it as a text.
+/// A string to write as YAML: without quotes if every ROS 2 tool reads the unquoted string as a string, otherwise in double quotes.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {

@@ -226,7 +226,8 @@ fn at_a_half_turn_sclerp_ends_at_the_other_pose() {
     }
 }
 
-/// Checks the shortcomings of nalgebra's type that the README gives as the reasons for another type.
+/// Checks that nalgebra's `UnitDualQuaternion` has the shortcomings that the README names. They are the reasons why this crate has
+/// another type.
 #[test]
 fn nalgebra_lacks_what_the_readme_says() {
     use nalgebra::UnitDualQuaternion as Theirs;

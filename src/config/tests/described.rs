@@ -88,7 +88,7 @@ fn a_description_from_a_file_is_the_same_arm() {
     assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
 }
 
-/// The lever of this robot drives the forearm, but is not a link between base and tool.
+/// Checks a robot in which the joint of the lever drives the forearm, although the lever is not a link between base and tool.
 #[test]
 fn an_arm_with_mimic_joints_is_moved_by_their_drivers() {
     let mut values = frames("base_link", "tool0").to_vec();

@@ -73,8 +73,8 @@ fn an_invalid_limit_is_rejected_with_advice_and_can_be_overridden() {
     assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
 }
 
-/// A controller should keep within the soft limits. The soft limits are inside the hard limits, at which the robot's own
-/// controller stops or brakes.
+/// Checks that the tighter limit counts. A controller should keep within the soft limits. They are inside the hard limits, at which
+/// the robot's own controller stops or brakes.
 #[test]
 fn the_tighter_of_a_hard_and_a_soft_limit_counts() {
     let limit = "<limit lower='-1' upper='2' velocity='1.5' effort='1'/>";
@@ -121,7 +121,7 @@ fn limits_of_extreme_size_count_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
-/// Each limit of a prismatic joint counts independently, as for a revolute joint.
+/// Checks that a prismatic joint may have one position limit without the other, like a revolute joint.
 #[test]
 fn a_sliding_joint_may_have_no_limit() {
     for lower in ["-1e9", "-1e16", "-inf"] {

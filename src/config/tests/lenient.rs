@@ -9,8 +9,8 @@ fn bytes(hex: &str) -> Vec<u8> {
     pairs.map(|pair| u8::from_str_radix(pair, 16).unwrap()).collect()
 }
 
-/// Returns the description that results from the mutation in `line`, and urdfdom's result for it. The script `make.py` in the
-/// folder of the data explains both.
+/// Returns the description that results from the mutation in `line`, and urdfdom's result for that description; `None` if urdfdom
+/// rejects the description. The script `make.py` in the folder of the data explains the format of the lines.
 fn mutation<'a>(robot: &str, line: &'a str) -> (Vec<u8>, Option<&'a str>) {
     let [at, cut, piece, verdict] = line.splitn(4, ' ').collect::<Vec<_>>().try_into().unwrap();
     let [at, cut]: [usize; 2] = [at, cut].map(|number| number.parse().unwrap());

@@ -157,9 +157,9 @@ fn a_mesh_without_size_or_with_nan_gets_a_capsule_along_its_link_and_a_warning()
     }
 }
 
-/// Moves an arm with a joint about z and two joints about y, so that the first joint should make a quarter turn. A post blocks a
-/// part that the first link carries. Returns the first joint's position at the end \[rad\], and the smallest distance between the
-/// part's axis and the post \[m\].
+/// Runs the servo of an arm with a joint about z and two joints about y. The goal is a quarter turn of the first joint, but a post
+/// is in the path of the paddle that the first link carries. Returns the last position of the first joint \[rad\], and the smallest
+/// distance between the center line of the paddle and the post \[m\].
 fn way_past_a_post(robot: &Path) -> (f64, f64) {
     const POST: [f64; 3] = [0.0, 0.35, 0.0];
     let parameters = started(&[

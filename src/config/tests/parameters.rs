@@ -334,7 +334,8 @@ fn a_running_servo_accepts_what_the_parameters_accept() {
     assert!(servo.configure(spoilt.settings).is_err());
 }
 
-/// A node rejects an unknown name in a namespace of this project, such as `limits`. Its likely cause is a typing error.
+/// Checks that a node rejects an unknown parameter name in a namespace of this project, such as `limits`. The name probably has a
+/// typing error, so the node suggests a known name.
 #[test]
 fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     for (name, near) in [

@@ -1,4 +1,4 @@
-//! Tests of two arms: of one description or two, alike or different.
+//! Tests of two arms, alike or different, from one robot description or from two.
 
 use crate::{given, text};
 use dq_algebra::UnitDualQuaternion;

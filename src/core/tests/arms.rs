@@ -1,4 +1,4 @@
-//! Each built-in arm moves to a goal and back, and so does an arm from a robot description.
+//! Tests that each built-in arm, and an arm from a robot description, moves to a goal and back.
 
 use crate::rig::Rig;
 use dq_config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
@@ -46,9 +46,8 @@ fn each_arm_moves_there_and_back_within_its_limits() {
     }
 }
 
-/// Returns joint positions that differ for each `number` and are the same in each run. They are multiples of irrational numbers
-/// such as the golden ratio, and so are spread evenly over the joints' ranges. A joint without limits gets positions within half a
-/// turn.
+/// Returns joint positions that differ for each `number` and are the same in each run \[rad, prismatic: m\]. Successive numbers spread
+/// the positions evenly over the joints' ranges, at least 0.1 from each end. Only the part of a range between −3 and 3 is used.
 pub fn anywhere(limits: &PositionLimits, number: usize) -> Vec<f64> {
     let steps = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.872_983];
     let parts = steps.map(|step| (0.5 + step * number as f64).fract());

@@ -1,10 +1,10 @@
-//! A model of consent that is independent of the servo: it implements the page on safety alone. The model receives every message
-//! and sees the simulated robot. It never reads the servo's state.
+//! A model of consent that is independent of the servo: it implements only the rules of the guide's safety page. The model receives
+//! every message and the motion of the simulated robot. It never reads the servo's state.
 //!
 //! A request is *pushed* when its publisher sends the first message after a silence. Later messages continue the same request.
 //!
-//! The page does not fix some times exactly. Such a time may differ by one cycle, by the age of a joint state, or by 50 ms if a joint
-//! has jumped. Each time is therefore a [`Span`], and each conclusion a [`Truth`].
+//! The safety page leaves some times uncertain: by one cycle, by the age of a joint state, or by 50 ms if a joint has jumped. The model
+//! therefore stores each time as a [`Span`] with two bounds. Each of its conclusions is a [`Truth`]: no, maybe or yes.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalReading, STREAM, Sent, Settings, TwistReading};
@@ -12,8 +12,8 @@ use std::collections::HashMap;
 use std::ops::Not;
 use std::time::Duration;
 
-/// The answer that the page on safety gives to a question. The smaller of two answers is their "and", and the greater of the two
-/// is their "or".
+/// Whether a statement follows from the guide's safety page. The minimum of two values is their logical "and", and the maximum is their
+/// logical "or".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Truth {
     No,
@@ -102,7 +102,7 @@ struct Wanted {
     /// When the goal was requested.
     pushed: Span,
     came: Duration,
-    /// The pose of the goal; `None` if it is uncertain which goal is in force, if any.
+    /// The pose of the goal; `None` if it is uncertain which goal is in force, or whether any goal is.
     pose: Option<UnitDualQuaternion>,
     /// Whether the goal consists of joint positions.
     by_joints: bool,
@@ -197,8 +197,8 @@ impl Opinion {
         self.revoked = self.revoked.later(until);
     }
 
-    /// Revokes the requests that were made before `now`, if `is` is `Yes`. If `is` is `Maybe`, it is afterwards uncertain whether
-    /// they are revoked.
+    /// Revokes the requests that were made before `now`. `is` says how certain this revocation is: `No` revokes nothing, and after
+    /// `Maybe` it is uncertain whether these requests are revoked.
     fn revoke_if(&mut self, is: Truth, now: Duration) {
         match is {
             No => {}
@@ -213,7 +213,7 @@ impl Opinion {
         self.revoke_if(Maybe, now);
     }
 
-    /// Returns whether the robot has recently behaved oddly.
+    /// Returns whether it is uncertain at `now` that a request moves the arm; see [`doubt`](Self::doubt).
     pub fn doubts(&self, now: Duration) -> bool {
         now <= self.doubtful
     }
@@ -492,8 +492,8 @@ impl Opinion {
         self.doubt(now);
     }
 
-    /// Notes whether the robot obeys. If the robot does not move as commanded, `altered` says whether the robot stands instead.
-    /// `must` says whether the arm had to move until now.
+    /// Notes whether the robot obeys its commands. `altered` is `None` if it obeys, true if it stands despite a command to move, and false
+    /// if it moves differently. `must` says whether the arm had to move until now.
     pub fn robot(&mut self, altered: Option<bool>, must: bool, now: Duration) {
         if altered.is_some() {
             self.doubt(now);
@@ -523,7 +523,7 @@ impl Opinion {
         rivals.max().unwrap_or(No)
     }
 
-    /// Returns whether an arm has two publishers of joint states that alternate without a pause, or two publishers of commands.
+    /// Returns whether two publishers send joint states of one arm in alternation, or a second publisher sends commands to the arm.
     fn two_publishers(&self, now: Duration) -> bool {
         let recent = |heard: Duration| age(now, heard) < self.settings.state_timeout / 2;
         let two = |arm: &DeliveredStates| {

@@ -1,5 +1,5 @@
-//! Arms of more than six joints move their joints to a posture as far as the tool leaves the joints free. The joints never disturb
-//! the tool.
+//! Tests of the posture of arms with more than six joints. The joints move toward the posture as far as the tool's pose allows. This
+//! motion never disturbs the tool.
 
 use crate::arms::{servo, start};
 use crate::rig::Rig;

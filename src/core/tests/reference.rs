@@ -1,5 +1,5 @@
 //! The arm of the reference work (Sathuluri 2018), joint positions from that work, and the settings of the servos for this arm. The
-//! tests also call it the paper's arm.
+//! tests call this arm the paper's arm.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};

@@ -75,7 +75,7 @@ pub struct Rig {
     pub check_tools: bool,
     /// The publisher of the joint states.
     pub source: u32,
-    /// The search for other configurations; `None` if nobody answers the servo's questions.
+    /// The search for other configurations of the arm, which [`Servo::ask`] starts; `None` if the program has no search.
     pub search: Option<Search>,
     /// How long the search takes to answer.
     pub search_time: Duration,
@@ -93,7 +93,7 @@ pub struct Rig {
     opinion: Opinion,
     /// The time since which the arm must move; `Duration::MAX` once the arm has moved, `None` if it need not move.
     awaited: Option<Duration>,
-    /// How the robot disobeys its last command: true if it stands instead, false if it moves differently; `None` if it obeys.
+    /// Whether the robot stands despite its last command to move (true), or moves differently (false); `None` if it obeys.
     altered: Option<bool>,
     /// The last command that has reached the robot.
     asked: Vec<f64>,
@@ -507,7 +507,7 @@ impl Rig {
         self.opinion.doubt(self.now);
     }
 
-    /// Moves `joint` by `by` at once, as if by hand. Joints are counted arm after arm.
+    /// Displaces `joint` instantly by `by` \[rad, prismatic: m\], as if somebody moved it by hand. Joints are counted from 0, arm after arm.
     pub fn jump(&mut self, joint: usize, by: f64) {
         let (arm, joint) = (joint / self.names.len(), joint % self.names.len());
         let mut positions = self.plants[arm].positions().to_vec();
@@ -699,9 +699,9 @@ impl Rig {
     }
 }
 
-/// Returns the limits that the commands must keep. Also updates `steepest`, the largest deceleration limit of each joint that was ever
-/// in force [rad/s²]. `is_held` says whether the parameter `integral` is on or was on. If it is true, joints may also accelerate at
-/// `steepest`.
+/// Returns the limits that the commands must keep. First raises `steepest`, the largest deceleration limit of each joint so far
+/// [rad/s²], to the limits in `settings`. `is_held` says whether the parameter `integral` is on or was ever on. If so, joints may also
+/// accelerate at `steepest`.
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {
@@ -718,7 +718,7 @@ pub fn twist(linear: [f64; 3], angular: [f64; 3], frame_id: &str) -> TwistReadin
     TwistReading { linear, angular, frame_id, sent: Sent::default() }
 }
 
-/// Returns a goal at `pose` in the servo's own frame.
+/// Returns a goal at `pose` in the base frame, with the time stamp `stamp` \[ns\].
 pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
     let (t, r) = (pose.translation(), pose.rotation());
     let (orientation_xyzw, waited) = ([r.i, r.j, r.k, r.w], Duration::ZERO);

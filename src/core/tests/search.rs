@@ -1,4 +1,4 @@
-//! The search for another configuration, on every built-in arm and on two arms.
+//! Tests of the search for another configuration, for each built-in arm and for two arms that one servo controls.
 
 use crate::arms::{anywhere, servo};
 use crate::reference::{distance, dual_parameters, parameters};
@@ -14,9 +14,9 @@ use std::time::Duration;
 /// Number of tasks per arm.
 const TASKS: usize = 60;
 
-/// Searches for joint positions at which the tool has the same pose as at the positions `there`. The search begins at the positions
-/// `here` and tries `starts` starts. Returns the positions found, after checking their tool pose and the position limits; `None` if
-/// the search finds none.
+/// Searches for joint positions at which the tool has the same pose as at the joint positions `there`. The arm is at the joint
+/// positions `here`, and the search tries `starts` start positions. Returns the positions found, or `None` if the search finds none.
+/// Checks that the positions found reach the pose and keep the position limits.
 fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) -> Option<Vec<f64>> {
     let ServoParameters { arms, settings, .. } = parameters;
     let mut arms = arms.clone();

@@ -17,8 +17,8 @@ pub type Step<'a> = (Option<&'a [f64]>, &'a [f64]);
 pub struct Sent {
     invariants: Invariants,
     period: Duration,
-    /// The number of cycles so far. The checks take it as their clock, so that a late cycle may not change the speed more than a cycle
-    /// on time.
+    /// The number of cycles so far. The checks use this number as their clock. So a late cycle may change the speed by no more than
+    /// a punctual cycle.
     cycles: u32,
     last: Option<Duration>,
 }

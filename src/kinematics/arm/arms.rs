@@ -16,9 +16,9 @@ pub struct ToolSpeed {
 
 /// Two lengths \[m\]: the distance of a goal from the arm's foot, and an upper bound of the reach from the foot.
 ///
-/// The foot is the base of the arm. If the chain begins with prismatic joints whose axes are perpendicular to each other, the foot is
-/// the frame of the last of these joints. These joints move the foot. The distance of the goal is measured from the nearest position
-/// that the foot can have.
+/// The foot is the base of the arm, unless the chain begins with one prismatic joint, or with several whose axes are perpendicular to
+/// each other. Then the foot is the frame of the last of these joints, which move it. The distance of the goal is measured from the
+/// nearest position that the foot can have.
 ///
 /// For two arms, the lengths are the distance between the tools at the goal, and an upper bound of the distance between the tools.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -155,8 +155,8 @@ impl Arms {
         if is_tool_frame { tool } else { tool * offset.inverse() }
     }
 
-    /// Returns the linear and the angular speed of the tool; of two tools, the larger of each speed. `theta_dot` are the joint
-    /// velocities [rad/s, prismatic: m/s].
+    /// Returns the linear and the angular speed of the tool. For two arms, returns the larger of the two linear speeds and the larger
+    /// of the two angular speeds. `theta_dot` are the joint velocities [rad/s, prismatic: m/s].
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);

@@ -90,7 +90,8 @@ impl Chain {
     }
 
     /// Sets `motions` to the tool's motion per unit speed of each joint, summed over all links that the joint moves. The linear
-    /// part is the velocity of the tool's body at the base's origin. Returns the frame of the last link.
+    /// part is the velocity of that point of the tool's rigid body which is at the base's origin. Returns the frame of the last
+    /// link.
     pub(super) fn evaluate_driven(
         &self,
         drivers: &Drivers,

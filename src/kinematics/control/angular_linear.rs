@@ -27,7 +27,7 @@ pub(super) fn is_finite((angular, linear): &Motions) -> bool {
     pair::first(sum.x + sum.y + sum.z).is_finite()
 }
 
-/// Returns `√(|ω|² + |v|²)`; rad and m weigh alike.
+/// Returns `√(|ω|² + |v|²)`, in which 1 rad counts as much as 1 m.
 #[inline(always)]
 pub(super) fn norm((angular, linear): &AngularLinear) -> f64 {
     (angular.norm_squared() + linear.norm_squared()).sqrt()

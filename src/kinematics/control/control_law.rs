@@ -51,7 +51,7 @@ impl LawGains {
 /// The size of the largest memory that a law can have: how many numbers it can keep from cycle to cycle.
 pub const MEMORY: usize = 24;
 
-/// The input of a law with a memory in one cycle, along the tool's axes.
+/// The input that a [law with a memory](super::LawMemory) gets in each cycle. All vectors are along the tool's axes.
 #[derive(Clone, Copy, Debug)]
 pub struct ToolMotion {
     /// The law's gains; a law with one gain ignores the second number.

@@ -125,7 +125,7 @@ impl Controller {
     /// Returns the fastest rates [1/s] at which small errors decay at the pose of `arm`: first the rate of the position, then the
     /// rate of the rotation. With the damped inverse, these are the law's gains, or 0 for a component that the aim leaves free.
     /// With the transpose, the closed loop is `δθ̇ = −Jᵀ K J δθ` with the gains K and the Jacobian J. Both rates are then the
-    /// square of the largest singular value of `√K J`. For a law with a memory, the result is not these rates, but that of
+    /// square of the largest singular value of `√K J`. A law with a memory replaces these rates by those of its
     /// [`rates_for_delay`](super::ControlLaw::rates_for_delay).
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
         let (law, input) = (self.law, self.input(arm, base_from_goal));

@@ -223,16 +223,16 @@ const SMALL: f64 = 1e-5;
 /// a matrix, `X = A⁻¹ C` and `S = D − Cᵀ X`, the inverse is `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]`. Only A⁻¹, X and S⁻¹ are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Inverse {
-    /// `A⁻¹`.
+    /// The inverse of the block A.
     angular: SymmetricInverse,
-    /// The columns of X, times the determinant of A.
+    /// The columns of `X = A⁻¹ C`, times the determinant of A.
     carried: [Pair; 3],
-    /// `S⁻¹`.
+    /// The inverse of the Schur complement `S = D − Cᵀ X`.
     rest: SymmetricInverse,
 }
 
 impl Inverse {
-    /// Returns whether the second of the two matrices that are inverted is positive definite.
+    /// Returns whether the second of the two matrices is positive definite.
     #[inline(always)]
     pub fn second_is_positive(&self) -> bool {
         let [_, least] = self.angular.least_minors().fast_min(self.rest.least_minors()).to_array();
@@ -251,7 +251,7 @@ impl Inverse {
         ((self.angular.adjugate.times(angular) - carried) * self.angular.scale, linear)
     }
 
-    /// Returns the determinants of the two matrices that are inverted.
+    /// Returns the determinants of the two matrices, not of their inverses.
     #[inline(always)]
     fn determinants(&self) -> f64x2 {
         // The last minor of S is the determinant of S times the square of the determinant of A.

@@ -20,7 +20,8 @@ pub struct Law {
 /// Number of entries in a controller's list of gains. Each built-in or registered law has one entry; all other laws share the last.
 pub(super) const MOST: usize = 16;
 
-/// The index of the gains of all laws that are neither built in nor registered. At most this many laws can be registered.
+/// The index of the last entry in a controller's list of gains. All laws that are neither built in nor registered share this entry.
+/// Built-in and registered laws together can be at most this many, because their entries come before it.
 const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.
@@ -171,8 +172,8 @@ const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional
 built_in! {
     /// The difference in R⁸, mapped by the transposed Jacobian: the paper's difference feedback (eq. 16–20).
     Diffc = 0: Diffc,
-    /// The dual quaternion of the error, `q* q_d − 1`, mapped by the damped inverse. This is the difference in R⁸ between the goal
-    /// and the tool as seen from the tool. It differs from the pseudoinverse of the 8×n pose Jacobian times `q_d − q`.
+    /// The dual quaternion of the error, `q* q_d − 1`, mapped by the damped inverse. The error is the difference in R⁸ between the
+    /// goal and the tool, both as seen from the tool. This law is not the pseudoinverse of the 8×n pose Jacobian times `q_d − q`.
     DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
     /// The screw logarithm, mapped by the damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
     Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),
@@ -195,7 +196,7 @@ built_in! {
     /// logc with a gain that depends on the size of the error, so that the time to arrive has a preset bound (Aldana-López et al.
     /// 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
-    /// logc with a memory of its velocity: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
+    /// The second-order version of logc, which remembers the desired twist: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,
 }
 

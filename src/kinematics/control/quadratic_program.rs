@@ -42,7 +42,7 @@ pub struct QuadraticProgram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Infeasible;
 
-/// A constraint counts as violated if its slack is less than `-BROKEN` times the size of its terms.
+/// A constraint counts as violated if its slack is less than `-BROKEN` times the sum of the absolute values of the slack's terms.
 const BROKEN: f64 = 1e-10;
 
 /// A constraint counts as dependent on the active constraints if the part of its normal that is orthogonal to the active normals is
@@ -146,7 +146,8 @@ impl QuadraticProgram {
         &self.rows[constraint * self.count..][..self.count]
     }
 
-    /// Returns the slack of a constraint at `x`, and the size of the terms from which the slack is computed.
+    /// Returns the slack `aₖ·x − bₖ` of a constraint at `x`, and the sum of the absolute values of its terms. The rounding error of
+    /// the slack is proportional to that sum.
     fn slack(&self, constraint: usize, x: &[f64]) -> (f64, f64) {
         let (mut slack, mut size) = (-self.bounds[constraint], self.bounds[constraint].abs());
         for (row, x) in self.row(constraint).iter().zip(x) {
@@ -258,7 +259,8 @@ impl QuadraticProgram {
         }
     }
 
-    /// Returns the index in `active` of the constraint whose multiplier becomes 0 first, and the length of the step to that point.
+    /// Returns the index in `active` of the constraint whose multiplier becomes 0 first as the step gets longer. Also returns the
+    /// length of the step at which that multiplier becomes 0.
     fn first_to_go(&self) -> (usize, f64) {
         let mut first = (0, f64::INFINITY);
         for (place, (multiplier, relief)) in self.multipliers.iter().zip(&self.relief).enumerate() {

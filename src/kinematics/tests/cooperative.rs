@@ -107,8 +107,8 @@ fn relative_position_with_gain_10_reproduces_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse and the gain K, the errors of position and distance decay as `exp(−K t)`. If the orientation is off by the
-/// angle θ, `tan(θ/4)` decays as `exp(−K t)`.
+/// Checks how fast the errors decay with the damped inverse as the map and the gain K. Errors of position and distance decay as
+/// `exp(−K t)`. For an error of orientation by the angle θ, `tan(θ/4)` decays as `exp(−K t)`.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();

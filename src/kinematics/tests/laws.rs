@@ -1,4 +1,5 @@
-//! The table of the laws: the formula of each cell, and the properties that the literature gives for derived gains.
+//! Tests of the table of laws in [`dq_kinematics::control`]: the formula of each law, and the properties that the literature gives
+//! for the laws with derived gains.
 
 use crate::control::{Loop, pose, theta};
 use crate::puma::{controller, puma};
@@ -197,8 +198,9 @@ fn turned(angle: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::z_axis())
 }
 
-/// Turns a tool from `angle` \[rad\] to 0 by logc, with the worst measurement error of ±`noise` \[rad\]: the error always shows the
-/// tool on the other side of the half turn. Returns how far the tool has turned in 10 s, and how often the sign has changed.
+/// Turns a tool from `angle` \[rad\] to 0 by logc, with the worst measurement error of ±`noise` \[rad\]. The error always shifts the
+/// measured angle toward the other side of the half turn. Returns how far the tool has turned in 10 s \[rad\], and how often the sign
+/// has changed.
 fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32) {
     let (goal, law) = (turned(0.0), with_gain(Law::Logc, 1.0));
     let (mut at, mut turned_by, mut flips) = (angle, 0.0, 0);
@@ -245,8 +247,8 @@ fn without_memory_noise_at_a_half_turn_makes_the_tool_chatter() {
     );
 }
 
-/// Checks that diffc_inverse, with the error `q* q_d − 1`, is not the law `J₈⁺ (q_d − q)` with the 8×n pose Jacobian J₈. For half of
-/// random reachable poses, the joint velocities of the two laws differ by more than two fifths.
+/// Checks that diffc_inverse, with the error `q* q_d − 1`, is not the law `J₈⁺ (q_d − q)` with the 8×n pose Jacobian J₈. The joint
+/// velocities of the two laws differ by more than 40 % in the median of 201 random pairs of a start and a goal.
 #[test]
 fn the_inverse_of_the_difference_in_r8_is_not_diffc_inverse() {
     let mut random = 1_u64;

@@ -20,7 +20,8 @@ fn puma_rows() -> Vec<DhRow> {
     (0..6).map(row).collect()
 }
 
-/// Returns DH rows of seven joints with offsets. Six columns of the Jacobian are computed at once, and the seventh column after them.
+/// Returns DH rows of seven joints with offsets. The program computes six columns of the Jacobian at once. With seven joints, a test
+/// covers the column that remains too.
 pub fn seven_rows() -> Vec<DhRow> {
     let row = |i: usize| DhRow {
         alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
@@ -40,7 +41,8 @@ const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
 const NEAR_SINGULAR_TWICE: f64 = 1e6 * REFERENCE;
 const NEAR_WITH_ANY_ARM: f64 = 100.0 * REFERENCE;
 
-/// Checks kinematics, Jacobian, singular value and three laws at `theta`, with the pose at `goal` as the goal.
+/// Checks kinematics, Jacobian, singular value and three laws at the joint positions `theta`. The goal is the pose of the tool at the
+/// joint positions `goal`.
 fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }

@@ -42,7 +42,7 @@ const LONGEST_PROBE: f64 = 0.02;
 /// The least commanded distance after which the monitor may conclude that a joint does not respond \[rad, prismatic: m\].
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
-/// How long a joint that has responded must stand, in addition to the response time, to count as stuck. The time starts when the
+/// A joint that has responded before counts as stuck if it stands for this long plus the response time. The time starts when the
 /// joint should have moved by [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
@@ -67,10 +67,10 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_TIME * acceleration)
 }
 
-/// Returns the least distance by which a joint should have moved \[rad, prismatic: m\], after a command to move by `asked`.
+/// Returns the displacement that a joint should at least have made \[rad, prismatic: m\] after a command to move by `asked`.
 ///
-/// `pulled` is the part of the command that a payload or gravity may have canceled. It reduces the result if it has the sign of
-/// `asked`, and never increases the result.
+/// `pulled` is the part of the command that a payload or gravity may have canceled. If `pulled` has the sign of `asked`, it reduces
+/// the result. Otherwise it has no effect.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)

@@ -28,7 +28,7 @@ pub enum FrameError {
     TooOld {
         /// The frame whose oldest transform is newer than the stamp.
         frame: String,
-        /// The time by which the stamp is older \[s\].
+        /// The time from the stamp to the oldest transform \[s\].
         seconds: f64,
     },
     /// The requested stamp is newer than the newest transform, and no newer transform arrived in time.
@@ -36,7 +36,7 @@ pub enum FrameError {
     TooNew {
         /// The frame whose newest transform is older than the stamp.
         frame: String,
-        /// The time by which the stamp is newer \[s\].
+        /// The time from the newest transform to the stamp \[s\].
         seconds: f64,
     },
 }

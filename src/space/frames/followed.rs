@@ -46,8 +46,8 @@ impl Followed {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }
 
-    /// Returns the motion of the goal since the last call; `None` if the goal has not moved. Returns [`FrameMotion::Lost`] once if
-    /// no newer transform of a moving frame has arrived for `patience`.
+    /// Returns the motion of the goal since the last call; `None` if the goal has not moved. Returns [`FrameMotion::Lost`] once if,
+    /// for `patience`, TF has not had the frame, or has sent no newer transform of a moving frame.
     pub fn look(
         &mut self,
         tree: &FrameTree,

@@ -44,7 +44,7 @@ pub enum KeepOutRefused {
     /// The marker is not a solid.
     #[error("{0}")]
     NoSolid(String),
-    /// TF does not have the frame.
+    /// The pose of the frame is not known.
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// There are as many keep-outs as allowed.
@@ -109,7 +109,7 @@ struct Heard {
 }
 
 impl FramedKeepOut {
-    /// Returns the name of the keep-out for messages to users: the namespace, shortened, and the number of its key.
+    /// Returns the name of the keep-out for messages to users: the shortened namespace and the marker's number.
     fn name(&self) -> String {
         let KeepOutKey { namespace, id } = &self.key;
         let id = format!("/{id}");
@@ -179,9 +179,9 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the keep-out of the newest message at its exact pose, which follows from the pose of its frame at the message's
-    /// stamp. While the exact pose is not known, uses the newest known pose of the frame. If the exact pose is not found within
-    /// `patience`, returns the reason; otherwise `None`.
+    /// Places the keep-out of the newest message at its exact pose. This pose follows from the pose of its frame at the message's
+    /// stamp, or from the newest pose of its frame if the keep-out moves with the frame. While the exact pose is not known, uses the
+    /// newest known pose of the frame. If the exact pose is not found within `patience`, returns the reason; otherwise `None`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// Largest number of frames that are kept. Without this limit, anyone could fill the memory.
 const MOST_FRAMES: usize = 1000;
 
-/// Largest number of transforms that are kept, of all frames together: 7 MB.
+/// Largest number of transforms that the tree keeps for all frames together. They take about 7 MB.
 const MOST_PLACES: usize = 100_000;
 
 /// Largest translation \[m\]. No distance on Earth is larger.

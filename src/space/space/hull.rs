@@ -97,7 +97,7 @@ impl Hull {
         self.faces.iter().flat_map(|face| &face.triangles)
     }
 
-    /// Yields each edge between two faces by its two ends \[m\].
+    /// Yields the two ends of each edge between two faces \[m\].
     pub fn edges(&self) -> impl Iterator<Item = [Vector3<f64>; 2]> {
         self.faces.iter().flat_map(|face| {
             let sides = || face.triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
@@ -155,7 +155,8 @@ impl Face {
         self.normal.dot(&(point - self.corner))
     }
 
-    /// Returns the distance of `point` from the face, and its gradient. `above` is the height of the point above the plane.
+    /// Returns the distance of `point` from the face \[m\], and the gradient of that distance. `above` is the height of the point
+    /// above the plane.
     fn distance(&self, point: &Vector3<f64>, above: f64) -> (f64, Vector3<f64>) {
         let mut nearest = (f64::INFINITY, self.normal);
         for [a, b, c] in &self.triangles {
@@ -174,7 +175,7 @@ impl Face {
 }
 
 /// Returns an estimate of the point cloud's length \[m\], and the matrix that scales the cloud to equal extents. The estimate is at
-/// least half of the true length. Returns `None` if the points lie in a plane.
+/// least half of the true length. Returns `None` if the points lie in a plane or too near to a plane (see [`FLAT`]).
 fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     let first = points.first()?;
     let farthest = |far: &dyn Fn(&Vector3<f64>) -> f64| {

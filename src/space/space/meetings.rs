@@ -13,7 +13,7 @@ const SAMPLES: u32 = 200;
 /// A pair counts as always touching if its parts are apart in at most this many samples: 5 %, as in MoveIt's setup assistant.
 const SELDOM: u32 = SAMPLES / 20;
 
-/// The range that a prismatic joint without limits is assumed to have, on each side of 0 \[m\].
+/// The assumed range of a prismatic joint without limits, on each side of 0 \[m\].
 const SLIDE: f64 = 3.0;
 
 impl Scene {
@@ -179,8 +179,8 @@ impl Scene {
     }
 }
 
-/// Returns the joint positions of sample `number`. The samples are spread evenly over the part of each range from −π to π (Roberts
-/// 2018).
+/// Returns the joint positions of sample `number` \[rad, prismatic: m\]. The samples are spread evenly over the joint ranges (Roberts
+/// 2018). A limit beyond ±π counts as ±π.
 fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     let root = (0..64).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (ranges.len() as f64 + 1.0)));
     let mut step = 1.0;
@@ -203,8 +203,8 @@ fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     links
 }
 
-/// Returns the levers of each capsule, one per link: the largest distance of the capsule's segment from the axis of the link
-/// \[m\]. The lever is 1 for a link that slides, and 0 for a link that does not carry the capsule.
+/// Returns the levers of each capsule, one per link: an upper bound of the distance of the capsule's segment from the axis of the
+/// link \[m\]. The lever is 1 for a link that slides, and 0 for a link that does not carry the capsule.
 fn levers(
     capsules: &[Capsule],
     chains: &[Chain],

@@ -109,8 +109,8 @@ impl Placed {
     /// Sets `near` to the pairs that are near, in the order of `scene`, up to the capacity of `near`. Measures only the gaps that
     /// may be small enough.
     ///
-    /// A pair is near if its gap is less than `within(travel)` \[m\]. Here `travel` \[m\] is by how much the gap can shrink
-    /// ([`travel`](Scene::travel)) if each joint moves by `moves` \[rad, prismatic: m\].
+    /// A pair is near if its gap is less than `within(travel)` \[m\]. Here `travel` \[m\] is an upper bound of the decrease of the
+    /// gap if each joint moves by `moves` \[rad, prismatic: m\] (see [`Scene::travel`]).
     pub fn near(
         &mut self,
         scene: &Scene,

@@ -5,7 +5,7 @@ use dq_kinematics::arm::{Coupling, JointKind};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Largest number of capsules in a body: one along each link of the longest chain, base included.
+/// Largest number of capsules in a body. It allows one capsule along the base and one along each link of the longest chain.
 pub const MOST_CAPSULES: usize = 65;
 /// Largest number of keep-outs and keep-ins together in a scene.
 pub const MOST_KEEP_OUTS: usize = 64;
@@ -36,10 +36,10 @@ pub(super) enum Against {
     KeepIn(usize),
 }
 
-/// A pair of parts whose gap is checked.
+/// A pair of parts whose gap is checked. The first part is a capsule of the body or a tool.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
-    /// The index of the capsule in the body. Tools are numbered after the capsules.
+    /// The index of the first part among the capsules of the body, followed by the tools.
     pub capsule: usize,
     pub against: Against,
     /// The index in [`Scene::levers`] of this pair's levers.
@@ -51,8 +51,8 @@ pub(super) struct Meeting {
 /// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body. Each part is named by the number of the joint that moves its link (from 1, arm after arm); 0 for a
-    /// base.
+    /// Two parts of the body. Each part is named by the number of the joint that moves its link, counted from 1, arm after arm; a
+    /// part fixed to a base by 0.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
@@ -96,7 +96,7 @@ fn millimeters(length: f64) -> String {
 }
 
 impl Pair {
-    /// Describes the pair in words. `joint` names a joint by its number.
+    /// Describes the pair in words. `joint` returns the name of the joint with a number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         let link = |number: usize| match number {
             0 => "the base".to_owned(),
@@ -110,7 +110,7 @@ impl Pair {
     }
 
     /// Describes the pair and its `gap` in words. The gap is the signed distance between the two parts \[m\]. It is negative if the
-    /// parts overlap, or if the tool is outside its keep-in. `joint` names a joint by its number.
+    /// parts overlap, or if the tool is outside its keep-in. `joint` returns the name of the joint with a number.
     pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
         let (length, is_closed) = (millimeters(gap.abs()), gap < 0.0);
         match self {
@@ -158,9 +158,9 @@ pub struct Scene {
     /// The tools, as capsules without extent.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// The levers: for each part, then for each pair of capsules, a list with one number per joint. A lever is the largest motion
-    /// that the joint can give to the part, or to one capsule relative to the other, divided by the motion of the joint [m/rad,
-    /// prismatic: m/m].
+    /// The levers: for each part, then for each pair of capsules, a list with one number per joint. A lever is an upper bound of the
+    /// motion that the joint can give to the part, or to one capsule relative to the other, divided by the motion of the joint
+    /// [m/rad, prismatic: m/m].
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
@@ -228,7 +228,7 @@ impl Scene {
         self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
-    /// Returns by how much the gap of pair `number` can shrink at most \[m\] if each joint moves by `moves` \[rad, prismatic: m\]
+    /// Returns an upper bound of the decrease of the gap of pair `number` \[m\] if each joint moves by `moves` \[rad, prismatic: m\]
     /// in either direction.
     pub fn travel(&self, number: usize, moves: impl Iterator<Item = f64>) -> f64 {
         travel(&self.levers[self.meetings[number].levers], moves)
@@ -246,8 +246,8 @@ impl Scene {
     }
 }
 
-/// Returns the largest possible motion of a part \[m\] if each joint moves by `moves` \[rad, prismatic: m\]. `levers` has, for each
-/// joint, the part's largest motion divided by the joint's motion.
+/// Returns an upper bound of the motion of a part \[m\] if each joint moves by `moves` \[rad, prismatic: m\]. `levers` are the part's
+/// [levers](Scene::levers), one per joint.
 pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
     levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }

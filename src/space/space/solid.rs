@@ -24,7 +24,7 @@ pub enum KeepOutError {
     },
     /// This length of the solid is not valid.
     Length(f64),
-    /// This coordinate of a position is farther than 1 km from the origin \[m\].
+    /// The absolute value of this coordinate of a position exceeds 1 km \[m\].
     Far(f64),
     /// A direction or an orientation is invalid.
     Direction,

@@ -39,10 +39,10 @@ struct Command {
     time: Duration,
     speeds: Vec<f64>,
     standing: bool,
-    /// The deceleration that each joint may have after the command [rad/s², prismatic: m/s²]: the largest limit since the joint
-    /// last stood.
+    /// The largest deceleration limit of each joint since the joint last stood [rad/s², prismatic: m/s²]. The next command may use this
+    /// deceleration, even if the limit is lower now.
     decelerations: Vec<f64>,
-    /// The jerk that each joint may have after the command [rad/s³, prismatic: m/s³]: the largest limit since the joint last stood.
+    /// The largest jerk limit of each joint since the joint last stood [rad/s³, prismatic: m/s³]. The next command may use this jerk.
     jerks: Vec<f64>,
     /// The change of each joint's speed by this command [rad/s, prismatic: m/s]; `None` for the first command.
     steps: Option<Vec<f64>>,
@@ -74,11 +74,11 @@ impl Invariants {
     }
 
     /// Checks the joint velocities `command` [rad/s, prismatic: m/s], sent at `time`. `standing` is true if the arm must come to
-    /// rest, for example because it is paused. If more than a period has passed since the last command, commands were lost. Then a
-    /// joint's speed may have changed by more.
+    /// rest, for example because it is paused. If more than 1.5 periods have passed since the last command, commands were lost. Each joint
+    /// may then change its speed for the whole elapsed time. Under a jerk limit, the check then accepts any speeds.
     ///
     /// # Errors
-    /// The first [`Violation`] found. The next command is compared with this command even after an error, unless a number was
+    /// The first [`Violation`] found. The next call compares its command with this `command` even after an error, unless a number was
     /// invalid.
     pub fn check(&mut self, time: Duration, command: &[f64], standing: bool) -> Result<(), Violation> {
         self.check_numbers(command)?;
@@ -306,8 +306,8 @@ mod tests {
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
     }
 
-    /// Returns the [`Invariants`] of the joint of [`moving`] with a jerk limit of 500 rad/s³: successive changes of its speed may
-    /// differ by 0.002 rad/s. The last commands raised the joint's speed from 0 to 0.006 rad/s.
+    /// Returns the [`Invariants`] of [`moving`] with a jerk limit of 500 rad/s³. With this limit, two successive changes of the joint's
+    /// speed may differ by at most 0.002 rad/s. The last two commands were 0.002 and 0.006 rad/s, after a standstill.
     fn eased() -> Invariants {
         let mut invariants = moving();
         invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });

@@ -12,8 +12,8 @@ use std::time::Duration;
 /// The time within which an arm with consent must move, even if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A speed slightly above the speed at which the servo tests whether a joint moves [rad/s]. If a joint does not obey, the servo may
-/// command a higher speed to it for at most [`REFUSED_WITHIN`] plus the delays.
+/// A speed slightly above the speed at which the servo tests whether a joint moves [rad/s]. The servo may command more than this speed
+/// to a joint that does not obey, but only for [`REFUSED_WITHIN`] plus the delays.
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 
@@ -38,8 +38,8 @@ impl Rig {
         }
     }
 
-    /// Checks this cycle against the page on safety: only requests move the arm, the output keeps the limits, and the arm moves if it
-    /// must. `before` is the output of the previous cycle.
+    /// Checks this cycle against the guide's safety page: only requests move the arm, the output keeps the limits, and the arm moves if
+    /// it must. `before` is the output of the previous cycle.
     pub(super) fn check(&mut self, before: Option<&[f64]>) {
         let verdict = self.opinion.cycle(self.now);
         let (state, reason) = (self.state(), self.servo.status().reason);

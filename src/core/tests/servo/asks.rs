@@ -192,8 +192,8 @@ fn the_measured_pose_fed_back_as_the_goal_moves_the_arm_no_faster_than_its_law_d
     }
 }
 
-/// Returns a rig whose arm was in motion when something else stopped the robot for `seconds`. The joint states continued during
-/// this time.
+/// Returns a rig whose robot ignored all commands for `seconds` in the middle of a motion, as if it was switched off. The joint states
+/// continued during this time.
 fn stopped_for(interface: Interface, seconds: f64) -> Rig {
     let mut rig = Rig::with(|settings| settings.interface = interface);
     rig.goal("theta_desired");

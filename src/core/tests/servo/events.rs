@@ -39,7 +39,7 @@ pub enum Event {
     FrameAway(u32, usize),
     TwistTimeout(f64),
     GoalTimeout(Option<f64>),
-    /// Somebody moves this joint by hand at once, by this angle \[rad\].
+    /// Somebody moves this joint by hand, instantly, by this angle \[rad\].
     Jump(usize, f64),
     /// Joint states of the last arm begin or cease to arrive.
     ConnectLast(bool),
@@ -207,7 +207,7 @@ pub fn any_event() -> impl Strategy<Value = Event> {
 
 /// Returns requests of any age, faults of the robot and its network, and changes of settings.
 fn attack() -> impl Strategy<Value = Event> {
-    // The ages leave out the times for which the page on safety does not say whether a message is late.
+    // The ages leave out the times for which the guide's safety page does not say whether a message is late.
     let ago = || prop_oneof![3 => Just(0), 2 => 10..900u64, 1 => 1100..3000u64];
     let by = || prop::option::of(0..2u32);
     prop_oneof![

@@ -1,6 +1,6 @@
-//! Rule 3: if the measured pose plus an offset is fed back as the goal, feed-forward makes the arm hardly faster than the law alone.
-//! The tests vary the rate, the delay and the noise of the measured poses. They also vary the goals that the publisher sends before the
-//! measured poses.
+//! Tests of rule 3 of the guide's safety page. If a publisher sends the measured pose plus an offset as the goal, feed-forward makes the
+//! arm hardly faster than the law alone. The tests vary the rate, the delay and the noise of the measured poses. They also vary the
+//! goals that the publisher sends before the measured poses.
 
 use crate::reference::parameters;
 use crate::sim::{Random, Sim};
@@ -97,7 +97,8 @@ impl Camera {
     }
 }
 
-/// Checks, for each stream, that feed-forward makes the tool faster by at most 30 % plus 10 mm/s.
+/// Checks for each stream that the tool's largest speed with feed-forward exceeds the largest speed without it by at most 30 % plus
+/// 10 mm/s.
 fn are_no_faster(cameras: impl Iterator<Item = Camera>) {
     for camera in cameras {
         let Camera { offset, rate, lag, jitter, noise, seed, .. } = camera;

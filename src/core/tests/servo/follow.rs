@@ -12,11 +12,11 @@ use std::time::Duration;
 /// The time of the first stamps \[ns\]. The clock of the stamps is not the servo's clock.
 pub(super) const EPOCH: i64 = 1_795_242_920_000_000_000;
 
-/// Pseudorandom numbers from −1 to 1, which are the same in each run.
+/// A generator of pseudorandom numbers from −1 to 1. The numbers are the same in each run.
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    /// Creates the numbers for a seed. Even for neighboring seeds, the first numbers differ.
+    /// Creates a generator with the seed `seed`. Discards the first eight numbers, so that neighboring seeds give different numbers.
     fn of(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         for _ in 0..8 {
@@ -148,8 +148,8 @@ impl Follow {
         }
     }
 
-    /// Runs `cycles` cycles, and sends a goal every `every` cycles. The function `goal` returns the goal and its stamp for the start
-    /// pose of the tool and the number of the cycle.
+    /// Runs `cycles` cycles, and sends a goal every `every` cycles. The function `goal` takes the start pose of the tool and the number
+    /// of the cycle, and returns the goal and its stamp \[ns\].
     pub(super) fn goals(
         arm: &(ServoParameters, Vec<f64>),
         feed_forward: bool,

@@ -1,4 +1,4 @@
-//! Tests of Franka's arms under their maker's limits on jerk, on random tasks.
+//! Tests of random tasks for Franka's arms, with the manufacturer's limits on jerk.
 
 use crate::arms::anywhere;
 use crate::rig::Rig;

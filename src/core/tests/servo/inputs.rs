@@ -1,4 +1,4 @@
-//! Rules 1 to 4: inputs that are in time, late, or invalid.
+//! Tests of rules 1 to 4 of the guide's safety page: inputs that are in time, late, or invalid.
 
 use crate::reference::pose;
 use crate::rig::{PERIOD, Rig, state_of};

@@ -1,4 +1,4 @@
-//! Robots whose controllers take velocities, positions or trajectories: when the servo sends commands, and which.
+//! Tests of the commands that the servo sends to controllers of velocities, positions or trajectories.
 
 use crate::reference::distance;
 use crate::rig::{Rig, state_of};
@@ -86,7 +86,8 @@ fn a_pause_and_a_stop_leave_the_arm_where_it_came_to_rest() {
     }
 }
 
-/// A late cycle advances the positions in the output by only one period.
+/// A late cycle advances the commanded positions by only one period, so the arm moves more slowly than the speed of the law. The servo
+/// must not conclude that the arm does not follow.
 #[test]
 fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {
     for (interface, rate) in OF_POSITIONS {

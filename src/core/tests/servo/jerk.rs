@@ -1,4 +1,5 @@
-//! Rule 6 under limits on jerk: the jerk of motions and stops, and joints that approach their position limits.
+//! Tests of rule 6 of the guide's safety page with limits on jerk. They check motions, stops, and joints that approach their position
+//! limits.
 
 use crate::rig::{PERIOD, Rig};
 use dq_config::{ForArm, ServoParameters};

@@ -276,7 +276,7 @@ fn a_joint_goal_with_the_present_tool_pose_has_settled_only_when_the_joints_are_
     }
 }
 
-/// A joint is jogged by a stream of joint goals that lie a little ahead.
+/// A publisher jogs a joint with a stream of joint goals. Each goal is 0.005 rad farther than the previous goal.
 #[test]
 fn a_stream_of_joint_goals_is_one_motion() {
     let mut rig = Rig::new();

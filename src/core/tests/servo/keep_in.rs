@@ -1,4 +1,4 @@
-//! Rule 22: keep-ins of the tool.
+//! Tests of rule 22 of the guide's safety page: the tool stays in its keep-ins.
 
 use super::keep_out::{beside, rig, scene_within};
 use crate::reference::puma;

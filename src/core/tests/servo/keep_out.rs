@@ -1,4 +1,4 @@
-//! Rule 22: the arm keeps clear of its keep-outs and of itself.
+//! Tests of rule 22 of the guide's safety page: the arm keeps clear of its keep-outs and of itself.
 
 use crate::reference::puma;
 use crate::rig::Rig;

@@ -1,5 +1,5 @@
-//! Rule 22 under random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. With `TASKS=100000`, the
-//! test runs 100 000 other tasks instead.
+//! Tests of rule 22 (keep-outs and keep-ins) with random arms, obstacles, goals, twists, stops, pauses, laws and late cycles. The main
+//! test runs 600 tasks, the same each time. With the environment variable `TASKS=100000`, it runs 100 000 new random tasks.
 
 use super::keep_out::scene_within;
 use super::sequences::{arms, first_difference, jerk};
@@ -21,8 +21,8 @@ enum Event {
     Stop,
     Pause,
     Law(usize),
-    /// The servo misses one cycle. The arm must keep rule 22 even so: the rule takes one more missed cycle into account than the servo
-    /// has missed recently.
+    /// The servo misses one cycle. Rule 22 must hold even so, because the servo always allows for one more missed cycle than it has
+    /// missed recently.
     Late,
     Twist([f64; 3], [f64; 3]),
 }

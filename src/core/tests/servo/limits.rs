@@ -1,4 +1,4 @@
-//! Rules 5 and 6: speeds and accelerations.
+//! Tests of rules 5 and 6 of the guide's safety page: limits on speeds and accelerations.
 
 use crate::rig::Rig;
 use dq_core::servo::State;

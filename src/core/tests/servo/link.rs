@@ -251,7 +251,8 @@ fn rule_17_a_joint_that_is_wired_wrongly_is_given_up() {
     }
 }
 
-/// The arm's last joint is commanded to move little at first. The servo drives a joint gently until that joint has followed.
+/// At first, the law commands little motion of the arm's last joint, so the fault of this joint shows late. Until a joint has followed a
+/// command, the servo drives that joint slowly.
 #[test]
 fn rule_17_a_last_joint_that_is_inverted_turns_no_farther_than_another() {
     let mut rig = Rig::new();

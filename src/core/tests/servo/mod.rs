@@ -1,5 +1,5 @@
-//! The cycle in fake time: a test for each state and each safety rule of the guide. The rig checks the invariants in every cycle of
-//! every test.
+//! Tests of the servo's cycle in simulated time, for each state and for each safety rule of the guide. Most tests use the
+//! [`Rig`](crate::rig::Rig), which checks the invariants in every cycle.
 
 mod allocations;
 mod asks;

@@ -28,8 +28,8 @@ fn median(mut numbers: Vec<f64>) -> [f64; 3] {
     [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]
 }
 
-/// Returns four figures, each with its bounds as [`median`] returns them: the tool's lag \[mm\] without and with feed-forward of the
-/// goal's motion, and the noise of the tool's velocity [mm/s] without and with feed-forward.
+/// Returns four figures in this order: the tool's lag \[mm\] without feed-forward and with feed-forward, then the noise of the tool's
+/// velocity [mm/s] without feed-forward and with feed-forward. Each figure is a median with its bounds; see [`median`].
 fn figures(arm: &(ServoParameters, Vec<f64>), stream: &Stream) -> [[f64; 3]; 4] {
     let mut figures = [[0.0; 3]; 4];
     for (i, feed_forward) in [false, true].into_iter().enumerate() {

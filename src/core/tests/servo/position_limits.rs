@@ -1,4 +1,4 @@
-//! Rule 7: joint position limits.
+//! Tests of rule 7 of the guide's safety page: joint position limits.
 
 use crate::rig::Rig;
 use dq_core::servo::{PositionLimits, State};

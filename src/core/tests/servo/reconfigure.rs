@@ -1,4 +1,4 @@
-//! Rule 21: another configuration, if a motion has stalled.
+//! Tests of rule 21 of the guide's safety page: after a motion has stalled, the arm may move to another configuration that reaches the goal.
 
 use crate::arms::{anywhere, servo};
 use crate::reference::{distance, pose, puma};

@@ -1,4 +1,4 @@
-//! Events in any order: the invariants hold, and the arm moves if and only if it may.
+//! Tests with random sequences of events. The invariants must hold, and the arm must move if and only if it may.
 
 use super::events::{Event, any_event, apply, attacks as random_attacks, change_often, gentle_event, near};
 use crate::rig::{Rig, reading};
@@ -269,7 +269,8 @@ fn attacked(number: usize, interface: Interface) -> Rig {
     Rig::of_arm_with(chain, start, |settings| settings.interface = interface)
 }
 
-/// Repairs the robot, waits until no publisher is heard any more, and sends a goal nearby. Checks that the arm arrives.
+/// Repairs the robot at the joint positions `place`, sends nothing for 4 s so that all earlier requests end, and then sends a goal
+/// nearby. Checks that the arm arrives.
 fn is_gone_to_at_last(mut rig: Rig, place: &[f64]) {
     rig.make_sound(place);
     rig.run(4.0);

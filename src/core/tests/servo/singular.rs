@@ -1,4 +1,5 @@
-//! Rule 8: the servo leads a law out of a singularity at which the law stands still, or names the singularity.
+//! Tests of rules 8 and 9 of the guide's safety page, at singularities. If a law stands still at a singularity, the servo leads the arm
+//! out of the singularity. If the motion stalls, the status gives the right reason.
 
 use crate::reference::puma;
 use crate::rig::Rig;
@@ -77,7 +78,7 @@ struct Case {
     theta: [f64; 6],
     /// The joint whose motion leads out of the singularity, counted from 0.
     joint: usize,
-    /// The goal, 0.1 m or 0.4 rad away.
+    /// The goal, 0.1 m or 0.4 rad from the tool's pose at `theta`.
     goal: UnitDualQuaternion,
 }
 

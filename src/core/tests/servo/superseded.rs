@@ -1,5 +1,5 @@
-//! Goals that wait for their frames. Some events drop the goal in force or request it again. Such an event supersedes each goal that
-//! arrived before the event and gets its frame after the event.
+//! Tests of goals that wait for their frames. Some events drop the goal in force, or request that goal again. Such an event supersedes
+//! each goal that arrived before the event but gets its frame only after the event.
 
 use crate::reference::pose;
 use crate::rig::{Rig, reading, state_of};
@@ -7,7 +7,7 @@ use dq_core::servo::{Contended, GoalReading, Interface, Rejection, Revocation, S
 use dq_kinematics::control::{Aim, Law};
 use std::time::Duration;
 
-/// Returns another goal, which has waited for its frame for `seconds`.
+/// Returns a goal at the pose theta_third that has waited `seconds` for its frame.
 fn found(seconds: f64) -> GoalReading<'static> {
     let pose = pose("theta_third");
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }

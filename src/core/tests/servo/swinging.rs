@@ -1,5 +1,5 @@
-//! Rule 18: if the commands oscillate, the motion stalls within 3 s, even if a stream of noisy goals keeps restarting the servo's other
-//! monitors. If the law is stable, noisy goals do not stall the motion.
+//! Tests of rule 18 of the guide's safety page: if the commands oscillate, the motion stalls within 3 s. This also holds if a stream of
+//! noisy goals keeps restarting the servo's other monitors. If the law is stable, noisy goals do not stall the motion.
 
 use super::follow::{Follow, Stream, circle, line, start_of};
 use crate::reference::{parameters, pose, theta};

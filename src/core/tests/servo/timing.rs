@@ -1,4 +1,4 @@
-//! Rule 11: late cycles.
+//! Tests of rule 11 of the guide's safety page: late cycles.
 
 use crate::rig::{PERIOD, Rig};
 use dq_core::servo::State;

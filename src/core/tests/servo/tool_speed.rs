@@ -1,5 +1,5 @@
-//! Rule 5: if a limit on the tool's speed is lowered, the tool keeps the new limit after 1 s, or after 1.4 s under a limit on
-//! jerk.
+//! Tests of rule 5: after a limit on the tool's speed is lowered, the tool slows down to the new limit within 1 s. If jerk is limited,
+//! the tool may take 1.4 s.
 
 use crate::reference::{parameters, puma};
 use crate::sim::{Random, Sim};

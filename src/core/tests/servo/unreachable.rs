@@ -1,4 +1,4 @@
-//! Rule 9: goals that no configuration reaches, although the arm is long enough.
+//! Tests of rule 9 of the guide's safety page: goals that no configuration reaches, although the arm is long enough.
 
 use crate::arms::{anywhere, servo};
 use crate::rig::Rig;

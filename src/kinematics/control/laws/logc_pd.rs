@@ -7,10 +7,11 @@ use std::f64::consts::FRAC_PI_2;
 
 /// The PD law on SE(3), `V̇ = −K_p log(e) − K_d V` in the tool's axes (paper §10.2; Bullo & Murray 1995, theorem 5).
 ///
-/// The law remembers V, the desired twist. V approaches the twist of logc with the gain `K_p/K_d` at the rate `K_d`. From rest, the
-/// tool moves on one screw. Its distance x along the screw obeys `ẍ + K_d ẋ + K_p x = 0`: critically damped at `K_d = 2√K_p`, with
-/// overshoot at a lower K_d. A motion begins with the acceleration `K_p x` instead of a step of the velocity. If limits keep the arm
-/// from moving with V, V does not wind up, because it follows the error and not the arm.
+/// The law remembers V, the desired twist. V approaches the twist that logc has at the gain `K_p/K_d`; the difference decays at the
+/// rate `K_d`. From rest, the tool moves on one screw. The distance x that remains to the goal along the screw obeys
+/// `ẍ + K_d ẋ + K_p x = 0`. This is critically damped at `K_d = 2√K_p`, and overshoots at a lower K_d. A motion begins with the
+/// acceleration `K_p x` instead of a step of the velocity. If limits keep the arm from moving with V, V does not wind up, because V
+/// follows the error and not the arm.
 pub struct LogcPd;
 
 impl ControlLaw for LogcPd {

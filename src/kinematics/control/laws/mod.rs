@@ -1,4 +1,4 @@
-//! The built-in laws, written like a user's own law.
+//! The built-in laws. Each implements [`ControlLaw`](super::ControlLaw), as a law that a user adds does.
 
 mod diffc;
 mod h_infinity;
