@@ -48,10 +48,12 @@ const MOST_POSES: usize = 214;
 /// spread is reached after 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal counts as moving independently if the part of its motion that the tool's motion does not explain exceeds
-/// `√((BY_ITSELF s)² + (NOISE n)²)`. Here `s` is the spread of the goal's poses, and `n` is their noise.
+/// The factor of the spread in the test of whether a goal moves independently of the tool.
+///
+/// Let `s` be the spread of the goal's poses, `n` their noise, and `r` the part of the goal's motion not explained by the tool's
+/// motion. The goal moves independently if `r > √((BY_ITSELF · s)² + (NOISE · n)²)`.
 const BY_ITSELF: f64 = 0.05;
-/// See [`BY_ITSELF`]: the factor of the goal's noise.
+/// The factor of the noise `n` in the test described at [`BY_ITSELF`].
 const NOISE: f64 = 3.0;
 
 /// The tool counts as tracking a goal if its error is below this fraction of the error that the law has without feed-forward.

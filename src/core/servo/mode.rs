@@ -81,8 +81,8 @@ pub(super) struct Pursuit {
     /// The sign of the goal's quaternion. The servo chooses the sign by the arm's pose when it first tracks the goal; `None` before
     /// that.
     pub sign: Option<SignMemory>,
-    /// Whether the goal is beyond reach (the second entry), and the number of [settings changes](super::Servo::configurations) when
-    /// the servo determined this (the first entry). `None` until then.
+    /// The result of the reach check; `None` until the servo has checked this goal. The first entry is the value of
+    /// [`configurations`](super::Servo::configurations) at the time of the check. The second entry is true if the goal is beyond reach.
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,
