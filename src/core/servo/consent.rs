@@ -23,8 +23,8 @@ use std::time::Duration;
 /// second, so its request does not lapse.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo cannot tell when
-/// another publisher began. It then treats each message of such a publisher as if it had been sent before every revocation.
+/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo cannot store when
+/// a further publisher began. It then treats every message of the further publisher as if it had been sent before every revocation.
 pub(super) const MOST: usize = 16;
 
 /// The sender of a request for motion.

@@ -145,9 +145,11 @@ impl Servo {
         })
     }
 
-    /// Applies `settings` from the next cycle on. A change ends a stall if the previous change was longer than `progress_timeout`
-    /// ago. So changes in quick succession do not restart a stalled motion again and again. Another tool or another aim revokes
-    /// consent, because nobody has requested a motion with the new tool or aim.
+    /// Applies `settings` from the next cycle on.
+    ///
+    /// A new tool or a new aim revokes consent, because nobody has requested a motion with this tool or aim. A change of the settings
+    /// also ends a stall, if the previous change was longer than `progress_timeout` ago. Because of this condition, changes in quick
+    /// succession do not restart a stalled motion again and again.
     ///
     /// # Errors
     /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if their `interface` differs. The present settings
@@ -179,8 +181,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Revokes all requests sent up to the last cycle, because the tool or the aim has changed. The node answers a change of
-    /// settings before the cycle applies it. So a goal in the same cycle may have been sent after the answer, and is not revoked.
+    /// Revokes all requests sent up to the last cycle, because the tool or the aim has changed. Does not revoke a goal that was sent
+    /// since then: its sender may already know the new settings, because the node confirms them before the cycle applies them.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
         self.requests.revoke(self.clock.stepped, self.clock.now, why);

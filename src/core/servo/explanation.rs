@@ -31,7 +31,7 @@ const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
 /// Number of lags that are tried in addition to lag zero. `LAGS` times `LAG_STEP` is the longest delay with which the servo
-/// recognizes that a goal is an earlier pose of the tool. If the delay is longer, the arm hardly runs away.
+/// recognizes that a goal repeats an earlier pose of the tool. Goals with a longer delay hardly make the arm run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
@@ -70,7 +70,7 @@ const CARRIED: [f64; 2] = [0.1, 0.3];
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,
-    /// When the goal last jumped \[s\]. To find independent motion, only goals since then are compared, because a jump is not a motion.
+    /// When the goal last jumped \[s\]. A jump is not a motion. So the test for independent motion ignores goals before the jump.
     leapt: f64,
     by_itself: [bool; 2],
     /// The tool's pose when the tool began to carry the goal; `None` if the tool does not carry the goal.
@@ -169,7 +169,7 @@ impl Explanation {
         true
     }
 
-    /// Returns whether the goal's position and rotation move independently of the tool.
+    /// Returns, for the goal's position and for its rotation, whether it moves independently of the tool.
     pub fn moves_by_itself(&self) -> [bool; 2] {
         self.by_itself
     }
@@ -248,8 +248,8 @@ impl Explanation {
     }
 
     /// Returns the part of the goals' motion that is not explained by the motion that the tool made `lag` seconds earlier
-    /// \[m, rad\]. A motion is explained if the offset between tool and goal is constant, along the base's axes or along the tool's
-    /// axes. The axes that explain more count. Considers only the goals from index `first` on.
+    /// \[m, rad\]. This part is the spread of the offset between tool and goal, along the base's axes or along the tool's axes. The
+    /// smaller of these two spreads counts. Considers only the goals from index `first` on.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))

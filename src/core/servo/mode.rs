@@ -166,8 +166,8 @@ impl Watch {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
-    /// Returns whether `goal`, the next goal of a stream, is so near to the goal for which the monitoring began that the monitoring
-    /// continues.
+    /// Returns whether the monitoring continues for `goal`, the next goal of a stream. It does if `goal` is near the goal for which
+    /// the monitoring began.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
             linear: tolerance.linear.max(LEAST_MOTION * self.error.position),

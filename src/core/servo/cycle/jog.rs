@@ -46,8 +46,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist, unless its request is revoked. A revoked request does not move the arm. It becomes the current request if
-    /// no other publisher's request is current. So the servo reports why the twist does not move the arm.
+    /// Follows a twist, unless its `request` is revoked. A revoked request does not move the arm, but becomes the current request
+    /// unless another publisher's request is current. The servo can then report why the twist does not move the arm.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {

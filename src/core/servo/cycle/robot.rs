@@ -103,8 +103,8 @@ impl Servo {
         }
     }
 
-    /// Revokes consent if an arm has appeared or jumped, if a joint does not follow, or if two publishers send an input that may have
-    /// only one. Returns these two publishers, if any.
+    /// Revokes consent if an arm has appeared or jumped, if a joint does not follow, or if two publishers send the same input although
+    /// only one may. Returns these two publishers, if any.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
@@ -138,7 +138,7 @@ impl Servo {
         rivals
     }
 
-    /// Returns the two publishers of an input that may have only one, if there are two.
+    /// Returns the two publishers that send the same input although only one may; `None` if there are no such publishers.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
         let asking = self.requests.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);

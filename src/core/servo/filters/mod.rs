@@ -53,7 +53,8 @@ pub(super) struct LawGoal<'a> {
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
-    /// The posture: the positions to which the joints move as far as the motion of the tool leaves them free \[rad, prismatic: m\].
+    /// The posture: the joint positions to which the arm moves as far as it can without disturbing the motion of the tool \[rad,
+    /// prismatic: m\].
     pub posture: &'a [f64],
 }
 
