@@ -38,9 +38,9 @@ use std::time::Duration;
 
 /// A servo: takes joint states, goals and settings, and computes one command per cycle.
 ///
-/// Call [`cycle`](Self::cycle) once per control period with the measured joint positions. If there are more inputs, call
-/// [`cycle_with`](Self::cycle_with), or take each input individually and then call [`step`](Self::step). After the cycle, send
-/// [`output`](Self::output) to the robot; if it is `None`, send nothing.
+/// Call [`cycle`](Self::cycle) once per control period with the measured joint positions. To pass other inputs too, call
+/// [`cycle_with`](Self::cycle_with) instead, or pass each input to its own method and then call [`step`](Self::step). After the
+/// cycle, send [`output`](Self::output) to the robot. If the output is `None`, send nothing.
 pub struct Servo {
     robot: Robot,
     frames: Frames,
@@ -147,8 +147,9 @@ impl Servo {
 
     /// Applies `settings` from the next cycle on.
     ///
-    /// A new tool or a new aim revokes consent, because nobody has requested a motion with this tool or aim. A change of the settings
-    /// also ends a stall, if the previous change was longer than `progress_timeout` ago. Because of this condition, changes in quick
+    /// A new tool or a new aim revokes consent, because nobody has requested a motion with this tool or aim.
+    ///
+    /// A change of the settings ends a stall, unless the previous change was at most `progress_timeout` ago. So changes in quick
     /// succession do not restart a stalled motion again and again.
     ///
     /// # Errors
@@ -282,9 +283,9 @@ impl Servo {
     /// Returns the output for the robot after this cycle, or `None` if nothing is to be sent. The output has one number per joint:
     /// its velocity [rad/s, prismatic: m/s] or position \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
     ///
-    /// The output is `None` until the arm is first driven. Before that, even a command of zeros could move the arm, if its
-    /// controller takes them for positions. If something else moves an arm that takes positions, the output is also `None`, until the
-    /// servo drives the arm again.
+    /// The output is `None` until the servo first drives the arm. Before that, even a command of zeros could be dangerous: a
+    /// controller that expects positions would move the arm to zero. For an arm that takes positions, the output becomes `None` again
+    /// when something else moves the arm, until the servo next drives the arm.
     pub fn output(&self) -> Option<&[f64]> {
         self.output.to_send()
     }

@@ -1,9 +1,10 @@
-//! Determines whether a goal only repeats the motion of the tool.
+//! Determines whether a goal only repeats the motion of the tool. There are two such cases:
 //!
-//! Some programs, such as visual servoing, hand guiding or "1 cm lower than now", publish the tool's pose of a moment ago with an
-//! offset. Feeding the velocity of such a goal forward would add the tool's own velocity to the law's. The arm would run away: it
-//! would chase a goal that moves with it. A frame on the tool, or on an object that the tool has grasped, also moves with the
-//! tool: the law would drive the arm toward it forever.
+//! 1. A program publishes the tool's pose of a moment ago with an offset, as in visual servoing, hand guiding, or "1 cm lower than
+//!    now". Feeding the velocity of such a goal forward would add the tool's own velocity to the law's. The arm would run away,
+//!    because it would chase a goal that moves with it.
+//! 2. The frame of the goal is on the tool, or on an object that the tool has grasped. The law would drive the arm toward such a goal
+//!    forever.
 //!
 //! One question covers both cases: does the tool's recent motion equal the goal's motion, up to a lag and a constant offset? If so,
 //! the tool's motion *explains* the goal's motion. The servo answers this question whenever a goal arrives, for a sliding window.
@@ -261,9 +262,14 @@ impl Explanation {
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
-    /// Compares a goal with the pose that the tool had `lag` seconds before the goal. Returns the goal's position relative to the tool
-    /// along the base's axes, the goal's rotation, and the inverse of the tool's rotation. Before the tool's first measured pose, the
-    /// tool counts as standing. Returns `None` until the tool has two poses.
+    /// Compares a goal with the pose that the tool had `lag` seconds before the goal. Returns three values:
+    ///
+    /// 1. the vector from the tool to the goal, along the base's axes \[m\],
+    /// 2. the goal's rotation,
+    /// 3. the inverse of the tool's rotation.
+    ///
+    /// Before the oldest stored pose, the tool counts as standing. After the newest stored pose, its motion is extrapolated by at most
+    /// one interval between two poses. Returns `None` until two poses of the tool are stored.
     fn seen_from_tool(
         &self,
         goal: &Place,

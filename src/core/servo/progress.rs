@@ -39,9 +39,12 @@ impl Progress {
     /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long the arm was driven since the
     /// last progress.
     ///
-    /// An error outside its tolerance makes progress when it falls below its smallest value so far, by the fraction `share` of that
-    /// value or by a whole tolerance. The law's own error counts, too, because a law may trade position for rotation: even if the goal
-    /// differs only in rotation, the tool may first move meters away.
+    /// There is progress if one of these errors falls far enough below its smallest value so far:
+    ///
+    /// - the position or the rotation error, if it was outside its tolerance: by the fraction `share` of that value, or by the
+    ///   tolerance if this is less,
+    /// - the law's own error: by the fraction `share` of that value. It counts because a law may trade position for rotation: even
+    ///   if the goal differs only in rotation, the tool may first move meters away.
     pub fn update(
         &mut self,
         driven: Duration,

@@ -13,10 +13,11 @@ impl Servo {
         self
     }
 
-    /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that one
-    /// publisher sends without a silence are one [`MotionRequest`], as if a user held a joystick. A zero twist ends this request,
-    /// as if the joystick were released, and does not drop a goal. While a twist of one publisher is in force, twists of other
-    /// publishers do not move the arm.
+    /// Takes a twist received at `now`. The twist is in force for `twist_timeout`. A twist other than zero drops the goal.
+    ///
+    /// All twists that one publisher sends without a silence are one [`MotionRequest`], as if a user held a joystick. A zero twist
+    /// ends this request, as if the user released the joystick. While a twist of one publisher is in force, twists of other publishers
+    /// do not move the arm.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.

@@ -6,7 +6,7 @@ use dq_kinematics::arm::JointKind;
 use dq_limits::Braking;
 use dq_metrics::Tolerance;
 
-/// Number of equal parts of the braking distance. The tool's speed limits are computed at the ends of each part.
+/// Number of equal parts into which the braking distance is divided. The tool's speed is checked at the ends of each part.
 const PLACES: u32 = 32;
 
 /// The fraction of the acceleration limit that the arm uses to brake for the tool's speed limits.

@@ -16,9 +16,10 @@ pub struct Measured<'a> {
 }
 
 impl Servo {
-    /// Sets a goal pose in the base frame, which the next [`cycle`](Self::cycle) or [`cycle_with`](Self::cycle_with) takes. If the
-    /// program sets another goal within [`STREAM`](crate::servo::STREAM), the motion in progress continues to the new goal. So set
-    /// a moving goal before each cycle, with its pose at the time of that cycle.
+    /// Sets a goal pose in the base frame. The next [`cycle`](Self::cycle) or [`cycle_with`](Self::cycle_with) takes this goal.
+    ///
+    /// If the program sets another goal within [`STREAM`](crate::servo::STREAM), the motion in progress continues to the new goal. For
+    /// a moving goal, call this method before every cycle, with the pose of the goal at the time of the cycle.
     pub fn set_goal(&mut self, base_from_goal: impl Into<UnitDualQuaternion>) {
         self.set = Some(base_from_goal.into());
     }

@@ -24,8 +24,10 @@ pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f6
 
 impl Servo {
     /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. If there are several joint states in
-    /// one cycle, the last valid one counts. Returns false if the servo ignores the joint state because it uses another publisher:
-    /// if two publishers send states of one arm, the servo uses only those of the first.
+    /// one cycle, the last valid one counts.
+    ///
+    /// If two publishers send joint states of one arm, the servo uses only the joint states of the first publisher. Returns false for a
+    /// joint state of the second publisher.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid joint state remains.

@@ -26,8 +26,8 @@ const LEAVING: f64 = 0.1;
 /// The weight of the joints' velocities relative to the tool's velocity. 1 rad/s counts as much as 1 m/s.
 const JOINT_WEIGHT: f64 = 1e-2;
 
-/// A margin on the distance up to which pairs are checked \[m\]. It is necessary because the constrained velocity has another
-/// direction than the desired velocity.
+/// A margin on the distance up to which pairs are checked \[m\]. The margin is necessary because the constrained velocity may lead
+/// toward pairs that the desired velocity does not approach.
 const AROUND: f64 = 0.05;
 
 /// Largest number of gaps that constrain the velocity.

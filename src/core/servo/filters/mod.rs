@@ -1,6 +1,6 @@
 //! The filters that turn the desired velocity into the command, in this order:
 //!
-//! 1. Add the escape, the feed-forward and the posture to a law's velocity, and limit its acceleration.
+//! 1. If a law drives the arm: add the escape, the feed-forward and the posture, and limit the acceleration of the sum.
 //! 2. Keep the arm slow until each joint has followed a command.
 //! 3. Keep the arm clear of its scene.
 //! 4. Keep the command within the envelope.

@@ -20,12 +20,14 @@ const MORE_CYCLES: usize = 10;
 /// Largest number of times that the check of a stop halves the stop's path.
 const DEPTH: usize = 10;
 
-/// Accepts a velocity if, after it, the arm can be stopped without closing any gap. In this stop, each joint brakes with its own
+/// Accepts a velocity if the arm can stop from this velocity without closing any gap. In this stop, each joint brakes with its own
 /// deceleration. If the velocity is not accepted, the arm slows down along its present path, or stops.
 ///
 /// Because every velocity is checked, a stop at any time closes no gap. This is true even if one command of the stop acts for one
-/// cycle longer than usual. The path of the stop is checked at its beginning and at its end. If the gaps there do not prove that
-/// the path in between is clear, the path is halved and checked at its middle, too (Schwarzer, Saha & Latombe 2005).
+/// cycle longer than usual.
+///
+/// The check measures the gaps at the beginning and at the end of the stop's path. If these gaps do not prove that the path in between
+/// is clear, the check measures the gaps at the middle of the path, and continues with each half (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -113,9 +115,11 @@ impl StoppingPath {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns, for each joint, the least and the largest difference between its real position after `cycles` cycles and the computed
-    /// position \[rad, prismatic: m\]. Assumes that one cycle may take twice its time. The mean time between cycles may exceed the
-    /// control period. In this case, the robot may move during all of the extra time, or during none of it.
+    /// Returns, for each joint, the least and the largest difference between the real and the computed position after `cycles` cycles
+    /// \[rad, prismatic: m\]. There are two reasons for a difference:
+    ///
+    /// - One cycle may take twice as long as usual.
+    /// - The mean time between cycles may exceed the control period. The robot may move during all of the extra time, or during none.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -255,9 +259,8 @@ impl PathCheck<'_> {
         false
     }
 
-    /// Checks the gaps at the beginning and at the end of a stop of `end` cycles. The arm must be placed at the beginning of the stop.
-    /// Returns whether all gaps are wide enough at both times. Adds to `open` the pairs whose gap is not proven wide enough between
-    /// these times.
+    /// Returns whether all gaps are wide enough at the beginning and at the end of a stop of `end` cycles. The caller must have placed
+    /// the arm at the beginning of the stop. Fills `open` with the pairs whose gap is not yet proven wide enough on the path in between.
     fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
         open.clear();
         for (number, near) in self.near.iter().enumerate() {
