@@ -35,7 +35,8 @@ const ENDED: f64 = 1e-7;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Admittance {
     offset: UnitDualQuaternion,
-    /// The rates of the offset, angular first: `ω` along the axes of the yielded goal, and `p′` along those of the goal.
+    /// The rates of the offset: the body rate `ω` along the axes of the yielded goal [rad/s], then `p′` along the axes of the goal
+    /// [m/s].
     rates: Vector6<f64>,
     /// The present parameters; `None` while the goal does not yield.
     dynamics: Option<Dynamics>,

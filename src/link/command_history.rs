@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How long commands are kept at least. This covers the time of a motion that is compared with its commands, and the longest delay.
+/// The least time for which commands are kept. It is long enough to compare a motion with its commands, even at the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
 /// The recent commands of all joints, stored as sums of displacements.

@@ -114,8 +114,8 @@ impl Link {
         })
     }
 
-    /// Notes that consent has been revoked. Each time at which an arm stopped following counts for one revocation only, so all these
-    /// times are forgotten. The [hold](Self::hold()) of an arm that does not follow returns to 0 until the servo drives this arm again.
+    /// Notes that consent has been revoked. Forgets the times at which arms stopped following, because each of them counts for one
+    /// revocation only. If an arm does not follow, its [hold](Self::hold()) returns to 0 until the servo drives the arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {

@@ -222,6 +222,6 @@ impl Search {
     }
 }
 
-/// Number of fixed-point steps that find the root g of `g^(d+1) = g + 1`, from which the start positions follow. Each step divides
-/// the error by three or more.
+/// Number of fixed-point steps in which [`Search::start`] solves `g^(d+1) = g + 1` for g, with d joints. Each step divides the error
+/// by three or more.
 const ROOT_STEPS: u32 = 34;
