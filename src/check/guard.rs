@@ -17,7 +17,7 @@ pub const PERIODS: u32 = 3;
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
 /// The guard may have missed commands if the time between two joint states, or between two of its own steps, exceeds this fraction
-/// of the timeout.
+/// of [`Guard::patience`]. Such a time is a gap.
 const LONGEST_GAP: f64 = 0.5;
 
 named! {
@@ -53,7 +53,8 @@ pub struct Guard {
     measured: Vec<f64>,
     /// When the last measured positions arrived.
     measured_at: Option<Duration>,
-    /// The latest time at which a command arrived, or at which a gap in the joint states or in the guard's steps ended.
+    /// When the present silence of the commands began: when the last command arrived, or when a later gap (see [`LONGEST_GAP`]) in the
+    /// joint states or in the guard's steps ended.
     silent_since: Duration,
     /// The time of the guard's last step.
     looked: Duration,

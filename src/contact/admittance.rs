@@ -138,8 +138,8 @@ impl Admittance {
         *self = if ends { Self::default() } else { Self { dynamics: Some(dynamics), ..*self } };
     }
 
-    /// Lets neither the distance nor the angle of the offset grow beyond its limit \[m, rad\]. An offset that is already larger,
-    /// because the limit was lowered, may only shrink.
+    /// Limits the offset to a `distance` and an `angle` \[m, rad\]. `before` is the offset before this step, which took `dt` \[s\]. If
+    /// it was already beyond a limit, because the limit was lowered, the offset may only shrink.
     fn keep_within(&mut self, [distance, angle]: [f64; 2], before: &UnitDualQuaternion, dt: f64) {
         let (point, turn) = (self.offset.translation(), self.offset.rotation().scaled_axis());
         let [was_away, was_turned] = before.distances(&UnitDualQuaternion::identity());

@@ -50,7 +50,8 @@ impl<'a> WrenchReading<'a> {
     }
 }
 
-/// The wrench at the tool, in the tool frame, torque first \[N m, N\].
+/// The wrench sensor of one tool. It converts, compensates and filters the received wrenches. All wrenches in this type are in the
+/// tool frame, torque first \[N m, N\].
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct WrenchSensor {
     pub(crate) sources: Arbiter,

@@ -53,8 +53,7 @@ pub struct Limits {
     // `Limits::deceleration` raises a value that is too small to stop the joint in time.
     #[parameter(range = JOINT_SPEEDS)]
     pub joint_deceleration: Vec<f64>,
-    /// how fast joint accelerations may change, stops included: one number for all joints or one per joint; empty: no limit
-    /// [rad/s^3, m/s^3]
+    /// largest joint jerks, also in a stop: one number for all joints or one per joint; empty: no limit [rad/s^3, m/s^3]
     // Infinite for no limit. `Limits::jerk` raises a value that is too small.
     #[parameter(name = "limits.jerk", range = JOINT_JERKS)]
     pub joint_jerk: Vec<f64>,

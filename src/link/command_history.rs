@@ -15,7 +15,7 @@ pub(crate) struct CommandHistory {
     joint_count: usize,
     /// How long each command moves the joints \[s\]; `None` if each command moves the joints until the next command.
     step: Option<f64>,
-    /// Longest time for which a command moves the joints \[s\].
+    /// Longest time for which a command moves the joints, even if no other command follows \[s\].
     longest: f64,
     /// The number of commands that remain when the older half is dropped. At most twice this number are kept.
     pub(super) capacity: usize,
