@@ -52,8 +52,8 @@ impl CommandHistory {
         }
     }
 
-    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The part `hold` of the command only
-    /// balances a payload or gravity, so it moves no joint.
+    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], which are in force from `now` on. Their part `hold` only balances
+    /// a payload or gravity, so a command that equals `hold` moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {

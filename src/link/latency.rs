@@ -25,8 +25,8 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// If the misfits of all candidates for the response time are below this \[rad², prismatic: m²\], noise would decide, and no
-/// candidate is chosen. The misfit is the sum of the squared differences between motion and commands.
+/// A candidate for the response time is chosen only if the largest [misfit](Candidate::misfit) of the candidates is at least this
+/// \[rad², prismatic: m²\]. Below it, the candidates differ only by noise.
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age.

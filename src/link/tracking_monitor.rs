@@ -18,8 +18,7 @@ const LEAST_DISTANCE: f64 = 0.01;
 /// The monitor reports a joint that moves at least this many times as far as commanded.
 const TOO_FAR: f64 = 2.0;
 
-/// An arm that has stopped following `LOSSES` times within `LOSSES_WITHIN` has disobeyed too often. The servo does not try it
-/// again.
+/// An arm that has stopped following `LOSSES` times within `LOSSES_WITHIN` has disobeyed too often. This revokes consent.
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
