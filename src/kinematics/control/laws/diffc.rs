@@ -13,7 +13,7 @@ use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 /// of a twist, and the transpose has another factor of ½.
 pub struct Diffc;
 
-/// The factor by which K is reduced if the law feeds back a twist.
+/// The factor by which K is multiplied if the law feeds back a twist.
 const QUARTER: f64 = 0.25;
 
 impl ControlLaw for Diffc {
