@@ -13,12 +13,12 @@ use std::time::Duration;
 named! {
     /// The QoS reliability with which the servo subscribes to joint states.
     "reliability" StatesReliability {
-        /// Reliable, until a publisher appears that offers only best effort. From then on best effort, because the servo then
-        /// receives from publishers of both kinds.
+        /// The servo subscribes as reliable until a publisher appears that offers only best effort. It then subscribes as best effort,
+        /// because such a subscription receives from publishers of both kinds.
         Auto = "auto",
-        /// Publishers send lost joint states again. The servo does not receive from publishers that offer only best effort.
+        /// Publishers resend lost joint states. The servo does not receive from publishers that offer only best effort.
         Reliable = "reliable",
-        /// Lost joint states are not sent again.
+        /// Publishers do not resend lost joint states.
         BestEffort = "best_effort",
     }
 }
@@ -85,7 +85,8 @@ impl From<DampingParameters> for Damping {
 }
 
 impl CommonParameters {
-    /// Builds the servo's parameters for `arm` alone or, with `right`, for `arm` on the left and another arm on the right.
+    /// Builds the parameters of the servo for the single arm `arm`. If `right` is given, builds them for two arms, with `arm` as the
+    /// left arm.
     ///
     /// # Errors
     /// [`ParameterError`] if values contradict each other.

@@ -17,9 +17,11 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    /// Computes the limits of a joint from the `limits` in its description and its speed limit `velocity`. As in URDF, a missing
-    /// deceleration equals the acceleration, and a missing jerk is unlimited. The deceleration is raised if it does not stop the
-    /// joint within [`STOP_TIME`]. The jerk is raised if it does not reach the other two limits within [`RAMP_TIME`].
+    /// Computes the limits on acceleration, deceleration and jerk of a joint from the `limits` in its description and its speed limit
+    /// `velocity`. As in URDF, a missing deceleration equals the acceleration, and a missing jerk is unlimited.
+    ///
+    /// A deceleration that does not stop the joint within [`STOP_TIME`] is raised. So is a jerk with which the joint does not reach
+    /// its acceleration or deceleration limit within [`RAMP_TIME`].
     pub fn of(limits: &JointLimits, velocity: f64) -> Self {
         let given =
             |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));

@@ -87,12 +87,12 @@ pub trait NodeParameters: Parameters + Send + 'static {
         arm.urdf()
     }
 
-    /// Creates the parameter store of a node with the full name `node` that starts with the values `given`. Later values override
-    /// earlier values. Returns the store and warnings.
+    /// Creates the parameter store of a node, and sets its parameters to the values `given`. `node` is the full name of the node. If
+    /// `given` has several values for a parameter, the last one counts. Returns the store and warnings.
     ///
-    /// If nothing describes an arm, the built-in arm is used. As soon as `joints` or any `arm.*` is given, nothing of the built-in
-    /// arm remains, because a mixture of two arms would move wrongly. A robot description replaces the built-in arm and `arm.*`.
-    /// The description provides the values that are not set: joint names, limits, and the initial positions of the plant.
+    /// If no value describes an arm, the node uses the built-in arm. If `joints` or any `arm.*` is given, the node uses no value of the
+    /// built-in arm, because a mixture of two arms would move wrongly. A robot description replaces the built-in arm and `arm.*`. It
+    /// also provides these values if they are not given: joint names, limits, and the initial positions of the plant.
     ///
     /// # Errors
     /// [`ParameterError::Missing`] for an incomplete arm, [`ParameterError::File`] for a robot description without an arm, and the

@@ -73,9 +73,9 @@ fn described(description: &str, start: Vec<f64>) -> Arm {
     (Rig::of(parameters, start), chain)
 }
 
-/// Moves the arm to a goal and back to its start, and checks that it arrives at both. At the goal, each joint is displaced from the
-/// start by its number in `by` \[rad, prismatic: m\]. Both poses are rotated by an angle that the task `aim` leaves free, so the joints
-/// may end elsewhere.
+/// Moves the arm to a goal and back to its start pose, and checks that it arrives at both. The goal is the tool's pose after each joint
+/// has moved by its number in `by` \[rad, prismatic: m\]. Both poses are also rotated in a way that the task `aim` leaves free. So the
+/// joints may end at other positions.
 fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
     rig.change(|settings| (settings.controller.aim, settings.controller.law) = (aim, law));
     let start = rig.positions();

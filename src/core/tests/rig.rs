@@ -87,7 +87,7 @@ pub struct Rig {
     pub pull: Vec<f64>,
     /// A second publisher of the joint states.
     pub second_source: Option<u32>,
-    /// Whether the next cycle runs before it receives the joint states that are due.
+    /// Whether the next cycle runs without the joint states that have arrived. The cycle after it then receives them.
     deaf: bool,
     /// The independent model of who may move the arm.
     opinion: Opinion,

@@ -16,9 +16,9 @@ pub struct ToolSpeed {
 
 /// Two lengths \[m\]: the distance of a goal from the arm's foot, and an upper bound of the reach from the foot.
 ///
-/// The foot is the base of the arm, unless the chain begins with one prismatic joint, or with several whose axes are perpendicular to
-/// each other. Then the foot is the frame of the last of these joints, which move it. The distance of the goal is measured from the
-/// nearest position that the foot can have.
+/// Usually the foot is the base of the arm. If the chain begins with prismatic joints whose axes are perpendicular to each other, the
+/// foot is the frame of the last of these joints. A single prismatic joint is enough. Such a foot can move. The distance of the goal
+/// is measured from the nearest position that the foot can have.
 ///
 /// For two arms, the lengths are the distance between the tools at the goal, and an upper bound of the distance between the tools.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -184,8 +184,8 @@ impl Chain {
     /// Returns two lengths \[m\] for joints within `ranges` \[rad, prismatic: m\]. The first is the distance of `point` from the
     /// nearest position that the arm's foot can have. The second is an upper bound of the distance from the foot to the tool.
     ///
-    /// The foot is the base, unless the chain begins with one prismatic joint, or with several whose axes are perpendicular to each
-    /// other. Then the foot is the frame of the last of these joints.
+    /// Usually the foot is the base. If the chain begins with prismatic joints whose axes are perpendicular to each other, the foot is
+    /// the frame of the last of these joints. A single prismatic joint is enough.
     pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
         let ranges = self.link_ranges(ranges);
         let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
@@ -229,8 +229,8 @@ impl Chain {
         links.sum::<f64>() + tool
     }
 
-    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14). It is a product of
-    /// transforms, and its quaternion has the sign of that product.
+    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14). This pose is the product of the links'
+    /// transforms. Its quaternion keeps the sign of that product.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.

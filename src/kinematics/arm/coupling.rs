@@ -7,11 +7,11 @@ use super::{ArmError, Chain, JointKind};
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// The motion of a link relative to the previous link. If θ is the position of the link's driver, the link's position is `ratio · θ +
-/// offset`.
+/// The relation between a link and its driver, the joint that moves the link. At the driver's position θ, the link's position relative
+/// to the previous link is `ratio · θ + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// The index of the joint that moves the link (its driver), counted from 0.
+    /// The index of the driver, counted from 0.
     pub driver: usize,
     /// The link's speed divided by the driver's speed.
     pub ratio: f64,
@@ -49,9 +49,11 @@ impl Drivers {
 }
 
 impl Chain {
-    /// Returns this chain with other joints, which may be fewer than its links. The joints have these `kinds`, and entry i of
-    /// `couplings` tells which joint moves link i, and how far. If the joints are at `θ_a`, the links are at `θ = C θ_a + c`, with
-    /// the ratios in C and the offsets in c. If this chain has the Jacobian J, the new chain has the Jacobian `J C`.
+    /// Returns a chain with the links of this chain, but with other joints, of the given `kinds`. There may be fewer joints than
+    /// links: entry i of `couplings` tells which joint moves link i, and how far.
+    ///
+    /// If the joints are at `θ_a`, the links are at `θ = C θ_a + c`. The matrix C has the ratios of the couplings, the vector c the
+    /// offsets. If this chain has the Jacobian J, the new chain has the Jacobian `J C`.
     ///
     /// # Errors
     /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a coupling names a joint that does

@@ -82,11 +82,12 @@ fn polar(x: f64, y: f64) -> (f64, f64) {
 
 /// The frame at the end of a chain, in the base frame.
 ///
-/// A quaternion and a point take a quarter fewer multiplications than a dual quaternion, and the Jacobian needs the point. A
-/// rotation about one axis takes twelve operations instead of the twenty-eight of a quaternion product. The quaternion is stored
-/// as two complex numbers, `w + iz` and `x + iy`, so that two operations are done at once. A rotation about z multiplies both by
-/// complex numbers of length 1; a rotation about x mixes them with real factors. The quaternion has the sign that a product of
-/// dual quaternions would give.
+/// The frame is stored as a quaternion and a point. Products of frames then take a quarter fewer multiplications than with a dual
+/// quaternion, and the Jacobian needs the point.
+///
+/// The quaternion is stored as two complex numbers, `w + iz` and `x + iy`, so that two operations are done at once. A rotation about
+/// z multiplies both by complex numbers of length 1; a rotation about x mixes them with real factors. Such a rotation takes twelve
+/// operations, a general quaternion product twenty-eight. The quaternion has the sign that a product of dual quaternions would give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ChainEnd {
     /// The numbers w and z of the quaternion.

@@ -173,5 +173,5 @@ impl ArmState {
     }
 }
 
-/// The motions of the tool by two joints that do not move it: zeros.
+/// The motions that two joints give the tool if neither joint moves the tool: zeros.
 const STILL: Motions = (ZEROS, ZEROS);

@@ -146,12 +146,13 @@ impl Aim {
     }
 }
 
-/// The rows of the tool's Jacobian that belong to an aim. A vector in these rows always has six numbers: one for each row, and after
-/// these the unused numbers.
+/// The rows of the tool's Jacobian that belong to an aim. A vector with one number per row is always stored as six numbers. Those
+/// after the last row are unused.
 ///
-/// For the pose, the rows are angular, then linear, along the base's axes. For position and axis, they are linear, then angular
-/// about the two axes perpendicular to the tool's z axis. For the distance, the single row is linear, in the direction from the
-/// base's origin to the tool point.
+/// - `Pose`: three angular rows, then three linear rows, along the base's axes.
+/// - `Position`: three linear rows. `Orientation`: three angular rows.
+/// - `PositionAndAxis`: three linear rows, then two angular rows, about the two axes perpendicular to the tool's z axis.
+/// - `Distance`: one linear row, in the direction from the base's origin to the tool point.
 pub(super) enum Rows {
     Pose,
     Position,

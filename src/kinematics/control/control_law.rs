@@ -94,7 +94,7 @@ impl LawInput<'_> {
     }
 
     /// Sets `theta_dot` to `J⁺` times `twist`, a twist of the tool along the base's axes. Components of `twist` that the [`Aim`]
-    /// leaves free do not count.
+    /// leaves free are ignored.
     #[inline(always)]
     pub fn damped_inverse(&self, twist: impl FnOnce() -> AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(self.arm, self.aim, twist, theta_dot);

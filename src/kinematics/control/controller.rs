@@ -110,8 +110,7 @@ impl Controller {
     }
 
     /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] that move the tool of `arm` with `twist`, by the damped
-    /// inverse. `twist` is `(ω, v)` [rad/s, m/s], along the base's axes. Components of `twist` that the aim leaves free do not
-    /// count.
+    /// inverse. `twist` is `(ω, v)` [rad/s, m/s], along the base's axes. Components of `twist` that the aim leaves free are ignored.
     pub fn joint_velocity_of(&self, arm: &ArmState, twist: &AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(arm, self.aim, || *twist, theta_dot);
     }
@@ -123,10 +122,13 @@ impl Controller {
     }
 
     /// Returns the fastest rates [1/s] at which small errors decay at the pose of `arm`: first the rate of the position, then the
-    /// rate of the rotation. With the damped inverse, these are the law's gains, or 0 for a component that the aim leaves free.
-    /// With the transpose, the closed loop is `δθ̇ = −Jᵀ K J δθ` with the gains K and the Jacobian J. Both rates are then the
-    /// square of the largest singular value of `√K J`. A law with a memory replaces these rates by those of its
-    /// [`rates_for_delay`](super::ControlLaw::rates_for_delay).
+    /// rate of the rotation.
+    ///
+    /// - Damped inverse: the law's gains, or 0 for a component that the aim leaves free.
+    /// - Transpose: the closed loop is `δθ̇ = −Jᵀ K J δθ` with the gains K and the Jacobian J. Both rates are the square of the
+    ///   largest singular value of `√K J`.
+    ///
+    /// A law with a memory converts these rates by its [`rates_for_delay`](super::ControlLaw::rates_for_delay).
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
         let (law, input) = (self.law, self.input(arm, base_from_goal));
         let rates = match law.map() {

@@ -38,9 +38,9 @@ impl Damping {
     }
 
     /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] that move the tool of `arm` with `twist`, along the base's
-    /// axes. Components of `twist` that `aim` leaves free do not count. The result is finite for every finite input.
+    /// axes. Components of `twist` that `aim` leaves free are ignored. The result is finite for every finite input.
     ///
-    /// This is fast because the twist is computed during the inversion of `J Jᵀ`, which takes longest.
+    /// `twist` is a function so that the processor can compute the twist during the inversion of `J Jᵀ`, the slowest part.
     #[inline(always)]
     pub fn joint_velocity(
         &self,

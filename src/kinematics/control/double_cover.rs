@@ -35,8 +35,8 @@ impl SignMemory {
     /// Returns the memory for the goal `next`, which replaces the goal `before`. The new sign is chosen so that the two goals, each
     /// multiplied by its sign, are near each other as quaternions.
     ///
-    /// So the tool keeps its direction of rotation under a stream of goals, even if they are about a half turn away. If the tool must
-    /// then turn farther than the hysteresis allows, `apply` changes the sign.
+    /// So the tool keeps its direction of rotation under a stream of goals, even if the goals are about a half turn from the tool.
+    /// [`apply`](Self::apply) changes the sign if the tool must then turn farther than the hysteresis allows.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }

@@ -116,9 +116,11 @@ impl Gram {
     /// |J Jᵀ|²)`. The inverses give the values of p and of `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at the bound β. Let h be the cubic
     /// with these four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
     ///
-    /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the
-    /// power series of 1/p (Bernoulli's method). Compared with 0, this start saves several steps, and it does not exceed the smallest root.
-    /// Halley's steps do not pass the root either. Each step triples the number of digits: usually one step is enough.
+    /// Halley's method then finds the root. It starts from the quotient of two coefficients of the power series of 1/p (Bernoulli's
+    /// method). This start does not exceed the smallest root, and saves several steps compared with a start from 0. Halley's steps do
+    /// not pass the root either. Each step triples the number of correct digits, so usually one step is enough.
+    ///
+    /// The method is fast because it needs only the two inverses.
     #[inline(always)]
     fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
         let values = inverse.determinants();
@@ -303,7 +305,7 @@ impl Sums {
         }
     }
 
-    /// Adds the sums over other columns.
+    /// Returns these sums plus `other`, the sums over other columns.
     #[inline(always)]
     fn plus(&self, other: &Self) -> Self {
         let ([x, y, z], [a, b, c]) = (&self.mixed, &other.mixed);

@@ -17,11 +17,12 @@ pub struct Law {
     law: &'static dyn ControlLaw,
 }
 
-/// Number of entries in a controller's list of gains. Each built-in or registered law has one entry; all other laws share the last.
+/// Number of entries in a controller's list of gains. Each built-in or registered law has its own entry; all other laws share the
+/// last entry.
 pub(super) const MOST: usize = 16;
 
 /// The index of the last entry in a controller's list of gains. All laws that are neither built in nor registered share this entry.
-/// Built-in and registered laws together can be at most this many, because their entries come before it.
+/// The entries before it belong to the built-in and registered laws. So this is also the largest number of these laws.
 const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.

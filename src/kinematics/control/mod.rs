@@ -5,19 +5,19 @@
 //!
 //! | error | × transpose | × damped inverse | with derived gains |
 //! |---|---|---|---|
-//! | R⁸ difference; with the inverse `q* q_d − 1` | diffc | diffc_inverse | lq: from the weights of a quadratic cost |
+//! | R⁸ difference (for the damped inverse: `q* q_d − 1`) | diffc | diffc_inverse | lq: from the weights of a quadratic cost |
 //! | screw logarithm | logc_transpose | logc | predefined_time: from the time to arrive; logc_pd: second order, with a velocity gain |
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |
 //!
 //! The [`Aim`] may leave part of the pose free. Then the goal in each cycle is the pose that meets the aim and is nearest to the
 //! tool's pose. The error has only the components that the aim determines, and the map uses only the rows of the Jacobian for these
-//! components. In this case diffc uses the error of diffc_inverse and a quarter of its gain. If the tool is at the base frame's
-//! origin, this equals the usual diffc to first order.
+//! components. In this case diffc feeds back the error of diffc_inverse, at a quarter of the gain K of diffc. If the tool is at the
+//! base frame's origin, this equals the usual diffc to first order.
 //!
-//! The reference work (Sathuluri 2018) compares diffc with logc, which differ in both error and map. For the motion of the reference
-//! work, the following table changes only the error or only the map. It shows that the curved path, the overshoot and the high gain
-//! come from the transpose, not from R⁸:
+//! The reference work (Sathuluri 2018) compares diffc with logc, which differ in both error and map. The following table repeats the
+//! motion of the reference work with each combination of these errors and maps. It shows that the curved path, the overshoot and the
+//! high gain come from the transpose, not from R⁸:
 //!
 //! | | K [1/s] | path length / straight line | overshoot \[mm\] |
 //! |---|---|---|---|

@@ -8,9 +8,9 @@ use nalgebra::{Quaternion, Vector3};
 
 /// The goal relative to the tool: a rotation and a translation, along the axes of the tool or of the base.
 ///
-/// Let `g = q* q_d` be the goal relative to the tool, which is the inverse of the pose error (eq. 28). Each form of the error is a
-/// twist `(ω, v)` that moves the tool toward the goal at gain 1. All forms agree to first order. The twist is along the same axes
-/// as the rotation and the translation.
+/// The goal relative to the tool is `g = q* q_d`, the inverse of the pose error of eq. 28. Each form of the error is a twist `(ω, v)`,
+/// along the same axes as the rotation and the translation. At gain 1, this twist moves the tool toward the goal. All forms agree to
+/// first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseError {
     /// The rotation r from the tool to the goal.

@@ -179,9 +179,11 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the keep-out of the newest message at its exact pose. This pose follows from the pose of its frame at the message's
-    /// stamp, or from the newest pose of its frame if the keep-out moves with the frame. While the exact pose is not known, uses the
-    /// newest known pose of the frame. If the exact pose is not found within `patience`, returns the reason; otherwise `None`.
+    /// Puts the keep-out of the newest message into force, at the pose that its frame has at the message's stamp. For a keep-out that
+    /// moves with its frame, this is the newest pose of the frame.
+    ///
+    /// While TF may still send the transform for that pose, uses the newest known pose of the frame, for `patience` at most. Returns the
+    /// reason if the pose cannot be found or the moved solid is invalid; otherwise `None`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;

@@ -157,13 +157,14 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     if bottom > top { [0.5 * (bottom + top); 2] } else { [bottom, top] }
 }
 
-/// Largest number of capsules of one joint for which all pairs are compared. If there are more, successive capsules are merged
-/// first.
+/// Largest number of capsules per joint for which [`merged`] compares all pairs. If a joint has more capsules, successive capsules
+/// are merged first.
 const MOST_OF_ONE: usize = 64;
 
-/// Merges capsules of the same joint. Each entry of `all` is the number of a joint and a capsule that this joint moves. One capsule
-/// around two others replaces them if its volume is at most the sum of their volumes. While there are more than `most` capsules in
-/// total, also merges the two capsules of one joint whose union adds the least volume.
+/// Merges capsules that the same joint moves. Each entry of `all` is the number of a joint and a capsule that this joint moves.
+///
+/// Two capsules are replaced by one capsule around both if its volume is at most the sum of their volumes. If there are still more
+/// than `most` capsules in total, the function continues with the two capsules whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();

@@ -51,8 +51,8 @@ pub(super) struct Meeting {
 /// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body. Each part is named by the number of the joint that moves its link, counted from 1, arm after arm; a
-    /// part fixed to a base by 0.
+    /// Two parts of the body. Each number is that of the joint that moves the part, counted from 1, arm after arm; 0 for a part that
+    /// is fixed to a base.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
@@ -155,12 +155,12 @@ pub type LeftOut = (Pair, Why);
 pub struct Scene {
     pub(super) body: Body,
     pub(super) keep_outs: Vec<KeepOut>,
-    /// The tools, as capsules without extent.
+    /// One capsule for each tool: a point without extent, the tool point.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// The levers: for each part, then for each pair of capsules, a list with one number per joint. A lever is an upper bound of the
-    /// motion that the joint can give to the part, or to one capsule relative to the other, divided by the motion of the joint
-    /// [m/rad, prismatic: m/m].
+    /// The levers [m/rad, prismatic: m/m]. There is one list for each part, then one list for each pair of capsules. Each list has
+    /// one lever per joint. If the joint moves by x, no point of the part's segment moves by more than the lever times x. For a pair of
+    /// capsules, this applies to the motion of one segment relative to the other.
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,

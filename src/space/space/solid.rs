@@ -24,7 +24,7 @@ pub enum KeepOutError {
     },
     /// This length of the solid is not valid.
     Length(f64),
-    /// The absolute value of this coordinate of a position exceeds 1 km \[m\].
+    /// A position has this coordinate, which lies outside ±1 km \[m\].
     Far(f64),
     /// A direction or an orientation is invalid.
     Direction,

@@ -25,8 +25,8 @@ pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// Until this time the tool may exceed its speed limits, either because the limits were lowered or because the arm stops. In a
-    /// stop each joint brakes independently, so that the tool leaves its path.
+    /// The time until which a tool may exceed its speed limits, because the limits were lowered or the arm stops. In a stop, each joint
+    /// brakes independently, so the tool leaves its path.
     tool_excused_until: Duration,
     /// How far each joint is allowed to be beyond its position limits \[rad, prismatic: m\]; `None` before the first check of
     /// positions.
@@ -74,8 +74,10 @@ impl Invariants {
     }
 
     /// Checks the joint velocities `command` [rad/s, prismatic: m/s], sent at `time`. `standing` is true if the arm must come to
-    /// rest, for example because it is paused. If more than 1.5 periods have passed since the last command, commands were lost. Each joint
-    /// may then change its speed for the whole elapsed time. Under a jerk limit, the check then accepts any speeds.
+    /// rest, for example because it is paused.
+    ///
+    /// If more than 1.5 periods have passed since the last command, commands were lost. Then each joint may change its speed as much as
+    /// its limits allow in the whole elapsed time. If jerk is limited, any speeds are then accepted.
     ///
     /// # Errors
     /// The first [`Violation`] found. The next call compares its command with this `command` even after an error, unless a number was
@@ -98,7 +100,7 @@ impl Invariants {
     }
 
     /// Checks the speed limits of the tools. `tool` is the speed of the fastest tool under the last command, at the present joint
-    /// positions. Does not check them while the arms must stand, nor in the second after a stop or a change of limits.
+    /// positions. The check is skipped while the arms must stand, and in the second after a stop or a change of limits.
     ///
     /// # Errors
     /// [`Violation::ToolSpeed`] if a tool is too fast.

@@ -12,8 +12,8 @@ use std::time::Duration;
 /// The time within which an arm with consent must move, even if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A speed slightly above the speed at which the servo tests whether a joint moves [rad/s]. The servo may command more than this speed
-/// to a joint that does not obey, but only for [`REFUSED_WITHIN`] plus the delays.
+/// A speed slightly above 0.05 rad/s, the largest speed that the servo commands to a joint until the joint responds [rad/s]. If a
+/// joint ceases to respond, the servo may command more than this for [`REFUSED_WITHIN`] plus the delays.
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 

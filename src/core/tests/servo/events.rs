@@ -31,11 +31,10 @@ pub enum Event {
     Twists(u32, bool, usize, usize, u64),
     /// A request of `~/pause`: whether to pause (true) or to resume (false), and its age on arrival \[ms\].
     Pause(bool, u64),
-    /// A goal that the arm reaches if its joints move by these angles \[rad\]. The first value is the publisher as in
-    /// [`Event::Goal`]. The last two values are the time from sending to arrival, and the time for which the goal then waits for its
-    /// frame \[ms\].
+    /// A goal that the arm reaches if its joints move by given angles. The values are the publisher as in [`Event::Goal`], the
+    /// angles \[rad\], the time from sending to arrival \[ms\], and the time for which the goal then waits for its frame \[ms\].
     Near(Option<u32>, [f64; 4], u64, u64),
-    /// This publisher streams goals. TF loses their frame for this number of cycles, while the publisher continues.
+    /// TF loses the frame in which this publisher streams goals, for this number of cycles. The publisher continues meanwhile.
     FrameAway(u32, usize),
     TwistTimeout(f64),
     GoalTimeout(Option<f64>),
@@ -47,7 +46,8 @@ pub enum Event {
     Rival(bool),
     /// Another publisher begins or ceases to send joint states of the arm.
     SecondSource(bool),
-    /// The servo misses this number of cycles. The joint states that are due arrive before (true) or after the next cycle.
+    /// The servo misses this number of cycles. It receives the joint states of this time before (true) or after (false) its next
+    /// cycle.
     Gap(u32, bool),
     /// An external force acts on a joint: the value of the parameter `integral`, the joint, and the speed that the force subtracts
     /// from the joint's commanded speed [rad/s].
@@ -353,7 +353,7 @@ pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Dur
     let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..reading(&pose, 0) });
 }
 
-/// Returns the joint positions after the joints move by `turns` \[rad\]. The fifth joint moves by the first number again, and so on.
+/// Returns the joint positions after the joints move by `turns` \[rad\]. The four numbers repeat: the fifth joint moves by the first.
 fn place_near(rig: &Rig, turns: [f64; 4]) -> Vec<f64> {
     rig.positions().iter().zip(turns.iter().cycle()).map(|(is, turn)| is + turn).collect()
 }
@@ -365,8 +365,8 @@ fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
     arms.pose()
 }
 
-/// Sends a stream of goals at 10 Hz and loses their frame for `cycles` cycles. During this time the goals wait. When the frame is
-/// back, the servo receives the latest of them.
+/// Sends a stream of goals at 10 Hz. Then TF loses their frame for `cycles` cycles, so that later goals wait. When TF has the frame
+/// again, the servo receives the latest goal.
 pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
     let turns = [0.2, -0.2, 0.1, 0.2];
     for _ in 0..6 {

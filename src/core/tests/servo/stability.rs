@@ -1,6 +1,6 @@
-//! Tests up to which latency each law is stable. The laws run alone, without the rest of the servo. The measured latency must be the one
-//! that the formula of [`largest_rate`] gives. The test also checks that the table in the guide's page on timing is up to date, and
-//! prints the rows that are missing.
+//! Tests of the largest latency at which each law is stable. The laws run alone, without the rest of the servo. The measured latency
+//! must equal the latency by the formula of [`largest_rate`]. The test also checks that the table in the guide's page on timing is up
+//! to date, and prints the rows that are missing.
 
 use crate::reference::{parameters, theta};
 use dq_algebra::UnitDualQuaternion;

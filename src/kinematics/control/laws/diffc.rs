@@ -13,7 +13,7 @@ use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 /// give the same joint velocity. The quarter is ½ · ½: the difference `q_d − q` contains half of ξ, and the pose Jacobian half of J.
 pub struct Diffc;
 
-/// The factor by which K is reduced if the law feeds back a twist.
+/// The factor by which K is multiplied if the law feeds back a twist.
 const QUARTER: f64 = 0.25;
 
 impl ControlLaw for Diffc {
