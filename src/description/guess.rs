@@ -187,8 +187,8 @@ impl<'a> Branches<'a> {
 
     /// Returns the link after `from` at which the arm ends and its gripper begins. The arm has `joints` joints before `from`.
     fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
-        /// The smallest number of joints that an arm has before the jaw of a gripper. If fewer joints come before a joint that moves
-        /// to one side like a jaw, the joint belongs to the arm, such as the vertical axis of a gantry.
+        /// The least number of arm joints before the jaw of a gripper. After fewer joints, the last joint belongs to the arm, even if
+        /// it opens to one side only, as a jaw does. An example is the vertical axis of a gantry.
         const FEWEST: usize = 4;
         let (mut link, mut last) = (from, None);
         loop {

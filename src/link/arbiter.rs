@@ -1,4 +1,4 @@
-//! Chooses one publisher of an input that may have only one, such as the joint states of an arm.
+//! Chooses the publisher of an input that may have only one publisher, such as the joint states of an arm.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;

@@ -28,8 +28,9 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The duration of the trajectory that stops the arm.
 const STAND: Duration = Duration::from_millis(20);
 
-/// The time from the request to end until the guard logs that it still watches a moving arm. At the end of a launch, servo and guard
-/// are asked to end together, and the servo still sends a few commands. During this time, that is normal, and nothing is logged.
+/// How long the guard waits after it is asked to end, before it logs that it still watches a moving arm. At the end of a launch, the
+/// servo and the guard are asked to end together, and the servo still sends a few commands. These commands are normal, so the guard
+/// does not log during this time.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.

@@ -47,9 +47,11 @@ struct Arrival {
 }
 
 impl SenderClock {
-    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. `found` returns the time since this node
-    /// discovered the publisher \[ns\]; `None` if the publisher may be older than this node. No message can be older than its
-    /// publisher.
+    /// Returns the age of a message that arrived at `now` with this [`offset`](Arrival::offset) \[ns\].
+    ///
+    /// `found` returns the time since this node discovered the publisher \[ns\], or `None` if the publisher may be older than this
+    /// node. This time limits the age, because a message cannot be older than its publisher. A larger offset shows that the clocks
+    /// do not agree.
     pub fn age(&mut self, offset: i64, now: Duration, found: impl FnOnce() -> Option<i64>) -> Duration {
         let none = self.fastest_by(now).unwrap_or(0);
         if offset <= none {

@@ -10,9 +10,13 @@
 //! revocation does not give consent again. Every message ends a silence, even an invalid message or a goal that waits for its frame.
 //! A single goal is a stream of one message.
 //!
-//! A revocation revokes every request that began up to a certain time. For `~/stop`, this is the time of the stop. For a robot that
-//! has appeared, it is `rearm_timeout` before the robot appeared. For a robot that has jumped, it is the time of the joint state
-//! before the jump. Two publishers that send requests at the same time are rivals. Each revokes the requests of the other.
+//! A revocation revokes every request that began up to a certain time:
+//!
+//! - after `~/stop`: up to the stop,
+//! - after a robot has appeared: up to `rearm_timeout` before its appearance,
+//! - after a robot has jumped: up to the last joint state before the jump.
+//!
+//! Two publishers that send requests at the same time are rivals. Each revokes the requests of the other.
 
 use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
@@ -23,8 +27,8 @@ use std::time::Duration;
 /// second, so its request does not lapse.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo cannot tell when
-/// another publisher began. It then treats each message of such a publisher as if it had been sent before every revocation.
+/// Largest number of publishers whose requests the servo stores. While all of these publishers stream, the servo cannot store when
+/// a further publisher began. It then treats every message of the further publisher as if it had been sent before every revocation.
 pub(super) const MOST: usize = 16;
 
 /// The sender of a request for motion.
@@ -184,7 +188,9 @@ impl MotionRequests {
         &self.consent
     }
 
-    /// Notes a message of `by` that arrived at `came` and was sent `ago` earlier. Returns the request to which the message belongs.
+    /// Notes a message from the publisher `by`, and returns the request to which the message belongs. The message arrived at `came`,
+    /// and was sent `ago` before that.
+    ///
     /// A publisher that was silent for longer than `silence` begins a new request. Unusable messages end a silence, too. For a goal
     /// that waits for its frame, call this on arrival, and again with the same times when the frame is found.
     pub fn hear(
@@ -222,7 +228,7 @@ impl MotionRequests {
     }
 
     /// Returns the event that has already revoked a new request by `by`, whose first message was sent at `pushed`. Returns `None` if
-    /// no event has. A request that was sent exactly at the time of a revocation is not revoked, except by a twist.
+    /// no event has. A twist also revokes a request that was sent exactly at the time of the twist. Other events do not.
     fn revoked_before(&self, by: Requester, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))

@@ -38,9 +38,9 @@ use std::time::Duration;
 
 /// A servo: takes joint states, goals and settings, and computes one command per cycle.
 ///
-/// Call [`cycle`](Self::cycle) once per control period with the measured joint positions. If there are more inputs, call
-/// [`cycle_with`](Self::cycle_with), or take each input individually and then call [`step`](Self::step). After the cycle, send
-/// [`output`](Self::output) to the robot; if it is `None`, send nothing.
+/// Call [`cycle`](Self::cycle) once per control period with the measured joint positions. To pass other inputs too, call
+/// [`cycle_with`](Self::cycle_with) instead, or pass each input to its own method and then call [`step`](Self::step). After the
+/// cycle, send [`output`](Self::output) to the robot. If the output is `None`, send nothing.
 pub struct Servo {
     robot: Robot,
     frames: Frames,
@@ -145,9 +145,12 @@ impl Servo {
         })
     }
 
-    /// Applies `settings` from the next cycle on. A change ends a stall if the previous change was longer than `progress_timeout`
-    /// ago. So changes in quick succession do not restart a stalled motion again and again. Another tool or another aim revokes
-    /// consent, because nobody has requested a motion with the new tool or aim.
+    /// Applies `settings` from the next cycle on.
+    ///
+    /// A new tool or a new aim revokes consent, because nobody has requested a motion with this tool or aim.
+    ///
+    /// A change of the settings ends a stall, unless the previous change was at most `progress_timeout` ago. So changes in quick
+    /// succession do not restart a stalled motion again and again.
     ///
     /// # Errors
     /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if their `interface` differs. The present settings
@@ -179,8 +182,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Revokes all requests sent up to the last cycle, because the tool or the aim has changed. The node answers a change of
-    /// settings before the cycle applies it. So a goal in the same cycle may have been sent after the answer, and is not revoked.
+    /// Revokes all requests sent up to the last cycle, because the tool or the aim has changed. Does not revoke a goal that was sent
+    /// since then: its sender may already know the new settings, because the node confirms them before the cycle applies them.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
         self.requests.revoke(self.clock.stepped, self.clock.now, why);
@@ -280,9 +283,9 @@ impl Servo {
     /// Returns the output for the robot after this cycle, or `None` if nothing is to be sent. The output has one number per joint:
     /// its velocity [rad/s, prismatic: m/s] or position \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
     ///
-    /// The output is `None` until the arm is first driven. Before that, even a command of zeros could move the arm, if its
-    /// controller takes them for positions. If something else moves an arm that takes positions, the output is also `None`, until the
-    /// servo drives the arm again.
+    /// The output is `None` until the servo first drives the arm. Before that, even a command of zeros could be dangerous: a
+    /// controller that expects positions would move the arm to zero. For an arm that takes positions, the output becomes `None` again
+    /// when something else moves the arm, until the servo next drives the arm.
     pub fn output(&self) -> Option<&[f64]> {
         self.output.to_send()
     }

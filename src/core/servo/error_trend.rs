@@ -36,8 +36,10 @@ impl ErrorTrend {
     }
 
     /// Predicts the error at which the arm comes to rest: the present error plus its change during the last `time` \[s\]. `log` is
-    /// the screw log of the error at `now`. If the error decays to 0 with the time constant `time`, the prediction is smaller than the
-    /// present error, and has the opposite sign. So it is within the tolerances if the present error is.
+    /// the screw log of the error at `now`.
+    ///
+    /// If the error decays exponentially to 0 with the time constant `time`, the change exceeds the present error. The prediction then
+    /// overshoots 0: it is `1 − (e − 1) = −0.72` times the present error. So it is within the tolerances if the present error is.
     pub fn leads_to(&self, now: Duration, log: &Vector6<f64>, time: f64) -> UnitDualQuaternion {
         let now = now.as_secs_f64();
         let kept = (self.count.saturating_sub(KEPT)..self.count).map(|number| &self.errors[number % KEPT]);

@@ -42,7 +42,7 @@ impl Phase {
     /// [1/rad].
     ///
     /// The escape ends if `speed` is at least [`ESCAPE_SPEED`], if the error grows faster than [`RISE`], or if `speed` or `fall` is
-    /// NaN. Otherwise, it fails if `travelled` exceeds [`LONGEST`] or is NaN.
+    /// NaN. Otherwise, the escape fails if `travelled` exceeds [`LONGEST`] or is NaN.
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < ESCAPE_SPEED && fall >= -RISE;
         match leads_on {

@@ -120,8 +120,10 @@ pub struct TwistReading<'a> {
 
 impl Servo {
     /// Runs a whole cycle at time `now`: takes the events in their order, then the goal set by [`set_goal`](Servo::set_goal), and
-    /// [computes](Self::step) the next command. Returns its joint velocities [rad/s, prismatic: m/s]; to drive the arm, send
-    /// [`output`](Self::output) instead. Rejected events are counted, and the last valid input of their kind remains.
+    /// [computes](Self::step) the next command. Returns the joint velocities of this command [rad/s, prismatic: m/s]. To drive the
+    /// arm, send [`output`](Self::output) instead.
+    ///
+    /// The servo counts rejected events. After a rejection, the last valid input of the same kind remains in force.
     pub fn cycle_with<'a>(&mut self, now: Duration, events: impl IntoIterator<Item = Event<'a>>) -> &[f64] {
         self.begin(now);
         for event in events {

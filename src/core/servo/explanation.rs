@@ -1,9 +1,10 @@
-//! Determines whether a goal only repeats the motion of the tool.
+//! Determines whether a goal only repeats the motion of the tool. There are two such cases:
 //!
-//! Some programs, such as visual servoing, hand guiding or "1 cm lower than now", publish the tool's pose of a moment ago with an
-//! offset. Feeding the velocity of such a goal forward would add the tool's own velocity to the law's. The arm would run away: it
-//! would chase a goal that moves with it. A frame on the tool, or on an object that the tool has grasped, also moves with the
-//! tool: the law would drive the arm toward it forever.
+//! 1. A program publishes the tool's pose of a moment ago with an offset, as in visual servoing, hand guiding, or "1 cm lower than
+//!    now". Feeding the velocity of such a goal forward would add the tool's own velocity to the law's. The arm would run away,
+//!    because it would chase a goal that moves with it.
+//! 2. The frame of the goal is on the tool, or on an object that the tool has grasped. The law would drive the arm toward such a goal
+//!    forever.
 //!
 //! One question covers both cases: does the tool's recent motion equal the goal's motion, up to a lag and a constant offset? If so,
 //! the tool's motion *explains* the goal's motion. The servo answers this question whenever a goal arrives, for a sliding window.
@@ -31,7 +32,7 @@ const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
 /// Number of lags that are tried in addition to lag zero. `LAGS` times `LAG_STEP` is the longest delay with which the servo
-/// recognizes that a goal is an earlier pose of the tool. If the delay is longer, the arm hardly runs away.
+/// recognizes that a goal repeats an earlier pose of the tool. Goals with a longer delay hardly make the arm run away.
 const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
@@ -48,10 +49,12 @@ const MOST_POSES: usize = 214;
 /// spread is reached after 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal counts as moving independently if the part of its motion that the tool's motion does not explain exceeds
-/// `√((BY_ITSELF s)² + (NOISE n)²)`. Here `s` is the spread of the goal's poses, and `n` is their noise.
+/// The factor of the spread in the test of whether a goal moves independently of the tool.
+///
+/// Let `s` be the spread of the goal's poses, `n` their noise, and `r` the part of the goal's motion not explained by the tool's
+/// motion. The goal moves independently if `r > √((BY_ITSELF · s)² + (NOISE · n)²)`.
 const BY_ITSELF: f64 = 0.05;
-/// See [`BY_ITSELF`]: the factor of the goal's noise.
+/// The factor of the noise `n` in the test described at [`BY_ITSELF`].
 const NOISE: f64 = 3.0;
 
 /// The tool counts as tracking a goal if its error is below this fraction of the error that the law has without feed-forward.
@@ -68,7 +71,7 @@ const CARRIED: [f64; 2] = [0.1, 0.3];
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,
-    /// When the goal last jumped \[s\]. To find independent motion, only goals since then are compared, because a jump is not a motion.
+    /// When the goal last jumped \[s\]. A jump is not a motion. So the test for independent motion ignores goals before the jump.
     leapt: f64,
     by_itself: [bool; 2],
     /// The tool's pose when the tool began to carry the goal; `None` if the tool does not carry the goal.
@@ -167,7 +170,7 @@ impl Explanation {
         true
     }
 
-    /// Returns whether the goal's position and rotation move independently of the tool.
+    /// Returns, for the goal's position and for its rotation, whether it moves independently of the tool.
     pub fn moves_by_itself(&self) -> [bool; 2] {
         self.by_itself
     }
@@ -246,8 +249,8 @@ impl Explanation {
     }
 
     /// Returns the part of the goals' motion that is not explained by the motion that the tool made `lag` seconds earlier
-    /// \[m, rad\]. A motion is explained if the offset between tool and goal is constant, along the base's axes or along the tool's
-    /// axes. The axes that explain more count. Considers only the goals from index `first` on.
+    /// \[m, rad\]. This part is the spread of the offset between tool and goal, along the base's axes or along the tool's axes. The
+    /// smaller of these two spreads counts. Considers only the goals from index `first` on.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
@@ -259,9 +262,14 @@ impl Explanation {
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
-    /// Compares a goal with the pose that the tool had `lag` seconds before the goal. Returns the goal's position relative to the tool
-    /// along the base's axes, the goal's rotation, and the inverse of the tool's rotation. Before the tool's first measured pose, the
-    /// tool counts as standing. Returns `None` until the tool has two poses.
+    /// Compares a goal with the pose that the tool had `lag` seconds before the goal. Returns three values:
+    ///
+    /// 1. the vector from the tool to the goal, along the base's axes \[m\],
+    /// 2. the goal's rotation,
+    /// 3. the inverse of the tool's rotation.
+    ///
+    /// Before the oldest stored pose, the tool counts as standing. After the newest stored pose, its motion is extrapolated by at most
+    /// one interval between two poses. Returns `None` until two poses of the tool are stored.
     fn seen_from_tool(
         &self,
         goal: &Place,

@@ -28,9 +28,10 @@ pub struct FreeDirections {
 }
 
 impl FreeDirections {
-    /// Returns the directions in which `arm` can move, if it cannot follow `twist`; `None` if it can. `aim` determines which
-    /// components of the twist the arm has to follow. Also returns `None` if `aim` constrains components that are not along fixed
-    /// axes. `axes` is the rotation of the tool relative to the base.
+    /// Returns the directions in which `arm` can move, if it cannot follow `twist`. The arm has to follow only the components that
+    /// `aim` constrains. `axes` is the rotation of the tool relative to the base.
+    ///
+    /// Returns `None` if the arm can follow the twist, or if `aim` constrains components that are not along fixed axes.
     pub(super) fn instead_of(
         twist: &Twist,
         aim: Aim,

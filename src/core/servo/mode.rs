@@ -74,15 +74,15 @@ pub(super) struct Pursuit {
     begun: Goal,
     /// When a moved goal last replaced `begun`; `None` if none has.
     pub moved: Option<Duration>,
-    /// The joint positions at which the motion began \[rad, prismatic: m\]. In a sequence of motions, these are the positions at
-    /// which the first motion began. Empty until the servo first tracks the goal, and after a reconfiguration until it tracks the
-    /// goal again.
+    /// The joint positions at which the motion began \[rad, prismatic: m\]. A motion that directly follows another one takes over its
+    /// positions; see [`take_over`](Self::take_over). Empty until the servo first tracks the goal, and after a reconfiguration until
+    /// the servo tracks the goal again.
     pub posture: Vec<f64>,
     /// The sign of the goal's quaternion. The servo chooses the sign by the arm's pose when it first tracks the goal; `None` before
     /// that.
     pub sign: Option<SignMemory>,
-    /// Whether the goal is beyond reach (the second entry), and the number of [settings changes](super::Servo::configurations) when
-    /// the servo determined this (the first entry). `None` until then.
+    /// The result of the reach check; `None` until the servo has checked this goal. The first entry is the value of
+    /// [`configurations`](super::Servo::configurations) at the time of the check. The second entry is true if the goal is beyond reach.
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,
@@ -166,8 +166,8 @@ impl Watch {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
-    /// Returns whether `goal`, the next goal of a stream, is so near to the goal for which the monitoring began that the monitoring
-    /// continues.
+    /// Returns whether the monitoring continues for `goal`, the next goal of a stream. It does if `goal` is near the goal for which
+    /// the monitoring began.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
             linear: tolerance.linear.max(LEAST_MOTION * self.error.position),
@@ -228,9 +228,11 @@ impl Pursuit {
         (self.stamp, self.heard) = (stamp, now);
     }
 
-    /// Takes over state from the previous motion. Always takes over the posture, so that the arm does not drift from goal to goal.
-    /// If the previous motion has not ended, also takes over the quaternion sign and the monitoring of oscillations. In that case, if
-    /// the goal is the same within `tolerance`, takes over the monitoring of progress, too.
+    /// Takes over state from the previous motion `before`:
+    ///
+    /// - always: the posture, so that the arm does not drift from goal to goal,
+    /// - if `before` has not ended: the quaternion sign, and the monitoring of oscillations,
+    /// - if, in addition, the goal is the same within `tolerance`: the monitoring of progress.
     pub fn take_over(&mut self, before: &mut Self, tolerance: &Tolerance) {
         std::mem::swap(&mut self.posture, &mut before.posture);
         if before.record.is_over() {

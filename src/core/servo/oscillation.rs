@@ -3,8 +3,8 @@
 //! A sound motion may reverse, too: a joint may change its direction about ten times within two seconds. So reversals count as an
 //! oscillation only if they are frequent, or if the law's own error reverses with them. A sound motion only reduces that error.
 //!
-//! A moving goal also makes commands and errors reverse. A change of the error that comes directly from a change of the goal does
-//! not count. Each change of the goal also raises the number of allowed reversals of a joint by two, there and back.
+//! A moving goal also makes commands and errors reverse. So the monitor ignores the part of the error's change that comes directly
+//! from a change of the goal. Each change of the goal also allows every joint two more reversals, there and back.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -24,9 +24,10 @@ const ERROR_REVERSALS: u32 = 3;
 /// See [`ERROR_REVERSALS`]: the least number of reversals of a joint per window.
 const FEW: u32 = 2;
 
-/// A joint's speed counts as reversed if it has changed by more than this since its last extreme [rad/s, prismatic: m/s]. Reversals by
-/// `SWING` are an oscillation only if the error does not shrink. Reversals by `LARGE_SWING` are one even if the error shrinks.
+/// A joint's speed counts as reversed if it has changed by more than this since its last extreme [rad/s, prismatic: m/s]. Such reversals
+/// count as an oscillation only if the error does not shrink.
 const SWING: f64 = 0.05;
+/// Like [`SWING`], for larger reversals. They count as an oscillation even if the error shrinks.
 const LARGE_SWING: f64 = 0.5;
 
 /// A reversal of the law's error counts if the error's natural logarithm has changed by more than this since its last extreme. This

@@ -4,10 +4,13 @@ use dq_metrics::{GoalError, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law that still
-/// reaches the goal does not stall. With a timeout of 5 s, the arm may take 52 min to reduce the error from 0.5 m to 1 mm; a gain
-/// of 0.003/s is fast enough for this. If the fraction were smaller, drift could count as progress: under a payload, a redundant
-/// arm drifts, which changes the error by up to half of this fraction.
+/// An error has to shrink by this fraction within each `progress_timeout`. Otherwise the motion stalls.
+///
+/// The fraction is small, so that a slow law that still reaches the goal does not stall. With a timeout of 5 s, for example, an arm
+/// with a gain of 0.003/s does not stall. Such an arm takes about half an hour to reduce its error from 0.5 m to 1 mm.
+///
+/// The fraction must not be smaller, because drift could then count as progress. Under a payload, a redundant arm drifts, and this
+/// changes the error by up to half of the fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
 /// The fraction by which an error has to shrink within each `progress_timeout` if the arm may reach the goal by a reconfiguration
@@ -36,9 +39,12 @@ impl Progress {
     /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long the arm was driven since the
     /// last progress.
     ///
-    /// An error outside its tolerance makes progress when it falls below its smallest value so far, by the fraction `share` of that
-    /// value or by a whole tolerance. The law's own error counts, too, because a law may trade position for rotation: even if the goal
-    /// differs only in rotation, the tool may first move meters away.
+    /// There is progress if one of these errors falls far enough below its smallest value so far:
+    ///
+    /// - the position or the rotation error, if it was outside its tolerance: by the fraction `share` of that value, or by the
+    ///   tolerance if this is less,
+    /// - the law's own error: by the fraction `share` of that value. It counts because a law may trade position for rotation: even
+    ///   if the goal differs only in rotation, the tool may first move meters away.
     pub fn update(
         &mut self,
         driven: Duration,

@@ -11,7 +11,7 @@ pub enum Reason {
     Revoked(Revocation),
     /// The request is for twists, and is revoked until the user releases the joystick (state `holding`).
     Release(Revocation),
-    /// Two publishers send an input that may have only one (state `holding`).
+    /// Two publishers send the same input, but only one may (state `holding`).
     Rivals(Rivals),
     /// The interval of joint states is too long for `state_timeout` (state `stale_state`).
     RareStates(Duration),

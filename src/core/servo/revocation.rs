@@ -19,7 +19,7 @@ pub enum Contended {
     Wrenches,
 }
 
-/// Two publishers of an input that may have only one.
+/// Two publishers of the same input, although it may have only one publisher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rivals {
     /// The input that both publish.

@@ -4,8 +4,8 @@ use super::PositionLimits;
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// The position setpoints of all joints \[rad, prismatic: m\]. There are no setpoints until the arm is driven, nor after something
-/// else has moved the arm.
+/// The position setpoints of all joints \[rad, prismatic: m\]. There are no setpoints until the servo first drives the arm. After
+/// something else has moved the arm, there are none until the servo drives the arm again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
@@ -41,7 +41,8 @@ impl Setpoint {
         (self.phase != Phase::Released).then_some(self.positions.as_slice())
     }
 
-    /// Returns the speeds of the setpoints [rad/s, prismatic: m/s]. After missed cycles they are lower than the command.
+    /// Returns the mean speeds of the setpoints since the last cycle [rad/s, prismatic: m/s]. After missed cycles, the speeds are lower
+    /// than the command.
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }

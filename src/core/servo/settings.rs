@@ -1,4 +1,4 @@
-//! The settings that may change while the servo runs.
+//! The settings of a servo.
 
 use dq_common::named;
 use dq_contact::Compliance;
@@ -53,8 +53,8 @@ impl Default for GoalFrames {
     }
 }
 
-/// The posture of an arm with redundant joints: the joint positions to which the arm moves as far as the motion of the tool leaves
-/// its joints free. The [`default`](Self::default) has no effect, because its gain is 0.
+/// The posture of an arm with redundant joints. The arm moves to these joint positions as far as it can without disturbing the motion
+/// of the tool. The [`default`](Self::default) has no effect, because its gain is 0.
 #[derive(Clone, Debug, Default, PartialEq, Parameters)]
 #[parameters(prefix = "posture.")]
 pub struct Posture {
@@ -67,8 +67,10 @@ pub struct Posture {
     pub gain: f64,
 }
 
-/// The settings that can change while the servo runs. Each field with a `parameter` attribute is a ROS 2 parameter of the servo.
-/// The other fields come from parameters that are declared elsewhere.
+/// The settings of a servo. All except `interface` can change while the servo runs.
+///
+/// Each field with a `parameter` attribute is a ROS 2 parameter of the servo. The other fields come from parameters that are declared
+/// elsewhere.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Settings {
     /// The law and its gains.
@@ -96,7 +98,7 @@ pub struct Settings {
     pub scene: Option<Arc<Scene>>,
     /// How goals yield to the wrench at the tool; `None` if they do not.
     pub contact: Option<Compliance>,
-    /// The posture to which the joints move as far as the tool leaves them free.
+    /// The joint positions to which a redundant arm moves as far as it can without disturbing the motion of the tool.
     pub posture: Posture,
     /// The goal tolerance.
     #[parameter(group)]

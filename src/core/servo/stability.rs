@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 use std::time::Duration;
 
-/// Returns the largest rate λ at which a law is stable [1/s]. The law runs once per `period` T, and positions show a command after
-/// `latency` τ. The rate is `(2/T) sin(π T / (2 (2 τ + T)))`, which for short periods is `π / (2 (τ + T/2))`.
+/// Returns the largest rate λ at which a law is stable [1/s]. The law runs once per `period` T. The `latency` τ is the time from a
+/// command to the measured positions that show its effect. The rate is `(2/T) sin(π T / (2 (2 τ + T)))`, which for short periods is
+/// `π / (2 (τ + T/2))`.
 ///
-/// Let δ(k) be an error in cycle k that the law reduces at the rate λ. It follows `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. At
+/// Let δ(k) be the error in cycle k. The law reduces the error at the rate λ, so `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. At
 /// the limit of stability, the characteristic polynomial `z^(d+1) − z^d + λ T` has a root `exp(i φ)`. The smallest such φ is
 /// π/(2d + 1), with λ T = 2 sin(φ/2).
 ///

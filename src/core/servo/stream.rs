@@ -222,10 +222,11 @@ impl GoalStream {
     }
 
     /// Returns the goal's pose and twist at `now`; `None` if the goal does not move, or moves no more than its noise. `by_itself` says,
-    /// for position and for rotation, whether the goal moves independently of the tool. If one of them does not, ignores its motion.
+    /// for position and for rotation, whether the goal moves independently of the tool. Ignores the motion of a part that does not.
     ///
-    /// Let `T` be the largest age that a recent pose had when the next pose arrived. Up to an age `T` of the newest pose,
-    /// extrapolates from this pose. Up to an age `2 T`, the goal stands at the last extrapolated pose. After that, returns `None`.
+    /// Let `T` be the largest age that a recent pose had when the next pose arrived. While the newest pose is not older than `T`,
+    /// extrapolates from this pose. Then, up to the age `2 T`, the goal stands at the pose extrapolated to the age `T`. After that,
+    /// returns `None`.
     pub fn at(&self, now: Duration, by_itself: [bool; 2]) -> Option<MovingGoal> {
         let fit = self.believed(by_itself)?;
         let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());

@@ -111,9 +111,10 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns X and Y of the module's documentation \[rad, prismatic: m\]. X is the commanded displacement since this anchor, minus the
-    /// displacement at the anchor's `command`. Y is the measured displacement since this anchor, minus the displacement at the anchor's
-    /// `speed`.
+    /// Returns the changes X and Y from this anchor to `now` \[rad, prismatic: m\], as defined in the module's documentation.
+    ///
+    /// X is the commanded displacement minus `command` times the elapsed time. Y is the measured displacement minus `speed` times the
+    /// elapsed time. Both `command` and `speed` are those of this anchor.
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -171,8 +172,8 @@ impl Departure {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// Forgets which joints have responded while the arm stands. Such joints have responded only to commands that balance a payload or
-    /// gravity.
+    /// Restarts the check of each joint that has responded, because the arm is commanded to stand. At standstill, a joint can only
+    /// have responded to a command that balances a payload or gravity. Joints that have not responded keep their state.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }

@@ -56,8 +56,8 @@ const JUDGE_SEED: u64 = 0x6a75_6467_6573;
 /// Two medians of the reference law count as equal if their relative difference is below this number. The difference comes from
 /// rounding.
 const ROUNDING: f64 = 1e-6;
-/// The largest allowed relative difference between a law's median settling time (or peak speed) with the chosen gain and the
-/// reference law's median.
+/// A chosen gain counts as matched if the law's median differs from the reference law's median by less than this fraction. The
+/// medians are those of the matched quantity: settling time or peak speed.
 pub(super) const CLOSE: f64 = 0.02;
 /// Relative accuracy of a chosen gain. More accuracy would be of no use, because settling times are multiples of the 5 ms cycle. A
 /// cycle is about 1/400 of the reference law's settling time.

@@ -10,7 +10,7 @@ use dq_search::{FoundEscape, Freedom};
 use std::time::Duration;
 
 /// A law counts as stuck only if the joints can reduce less than this fraction of its error: `|Jᵀ e| < 0.01 |e|`, with the law's
-/// error `e` and its Jacobian `J`. Rad and m weigh alike.
+/// error `e` and its Jacobian `J`. 1 rad counts as much as 1 m.
 const STUCK: f64 = 1e-2;
 
 /// A law counts as stuck only if it drives no joint faster than this [rad/s, prismatic: m/s].

@@ -13,10 +13,11 @@ impl Servo {
         self
     }
 
-    /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that one
-    /// publisher sends without a silence are one [`MotionRequest`], as if a user held a joystick. A zero twist ends this request,
-    /// as if the joystick were released, and does not drop a goal. While a twist of one publisher is in force, twists of other
-    /// publishers do not move the arm.
+    /// Takes a twist received at `now`. The twist is in force for `twist_timeout`. A twist other than zero drops the goal.
+    ///
+    /// All twists that one publisher sends without a silence are one [`MotionRequest`], as if a user held a joystick. A zero twist
+    /// ends this request, as if the user released the joystick. While a twist of one publisher is in force, twists of other publishers
+    /// do not move the arm.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -46,8 +47,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist, unless its request is revoked. A revoked request does not move the arm. It becomes the current request if
-    /// no other publisher's request is current. So the servo reports why the twist does not move the arm.
+    /// Follows a twist, unless its `request` is revoked. A revoked request does not move the arm, but becomes the current request
+    /// unless another publisher's request is current. The servo can then report why the twist does not move the arm.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {

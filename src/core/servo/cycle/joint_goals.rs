@@ -6,8 +6,9 @@ use dq_kinematics::arm::bounds;
 use std::time::Duration;
 
 impl Servo {
-    /// Takes a joint goal received at `now`. It replaces every other goal, and all rules of goals apply to it. The arm moves to it
-    /// along a straight line in joint space, and has settled when its pose and its joints are within the tolerances.
+    /// Takes a joint goal received at `now`. The joint goal replaces the current goal. The arm moves to the joint goal along a straight
+    /// line in joint space. It has settled when both the pose and the joints are within the tolerances. Otherwise the rules of
+    /// [`take_goal`](Self::take_goal) apply.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid goal remains. While a twist is in force, the servo rejects every goal.

@@ -6,7 +6,7 @@ use dq_kinematics::arm::JointKind;
 use dq_limits::Braking;
 use dq_metrics::Tolerance;
 
-/// Number of equal parts of the braking distance. The tool's speed limits are computed at the ends of each part.
+/// Number of equal parts into which the braking distance is divided. The tool's speed is checked at the ends of each part.
 const PLACES: u32 = 32;
 
 /// The fraction of the acceleration limit that the arm uses to brake for the tool's speed limits.
@@ -112,12 +112,12 @@ impl JointLine {
         self.rest = rest;
     }
 
-    /// Returns the rate at which to move [1/s]: the fraction of the displacements `rest` per second, at most `rate`. From this rate,
-    /// the arm can slow down by `acceleration` [1/s²] early enough for the tool to keep its speed limits along the whole line.
+    /// Returns the rate at which to move: the fraction of the displacements `rest` per second [1/s], at most `rate`.
     ///
-    /// Let `r(p)` be the rate that the tool's limits allow at the fraction p of the line. Then the present rate may be at most
-    /// `√(r(p)² + 2 a p)`, with the acceleration a. It is necessary to look ahead: if joints turn in opposite directions, the tool
-    /// may hardly move now and move fast a little later.
+    /// The tool must keep its speed limits along the rest of the line. The limits at the present position are not enough: if joints
+    /// turn in opposite directions, the tool may hardly move now and move fast a little later. So the arm must be able to slow down
+    /// in time, by `acceleration` a [1/s²]. Let `r(p)` be the rate that the limits allow after the fraction p of the displacements.
+    /// The present rate may then be at most `√(r(p)² + 2 a p)`, for every p.
     fn tool_rate(
         &mut self,
         from: &[f64],

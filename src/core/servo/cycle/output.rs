@@ -111,9 +111,9 @@ impl Output {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// If `blind` is true, the servo sends nothing. The servo is blind while it does not know how the arm moved during missed cycles.
-    /// Without commands, the arm stops after its own timeout. So the last command is set to `hold` [rad/s, prismatic: m/s], under
-    /// which the joints stand still.
+    /// Sets whether the servo is `blind`: it does not know how the arm moved during missed cycles. A blind servo sends nothing, so the
+    /// robot's controller stops the arm after its own timeout. Therefore the last command becomes `hold` [rad/s, prismatic: m/s], the
+    /// command under which the joints stand still.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {

@@ -16,15 +16,16 @@ pub struct Measured<'a> {
 }
 
 impl Servo {
-    /// Sets a goal pose in the base frame, which the next [`cycle`](Self::cycle) or [`cycle_with`](Self::cycle_with) takes. If the
-    /// program sets another goal within [`STREAM`](crate::servo::STREAM), the motion in progress continues to the new goal. So set
-    /// a moving goal before each cycle, with its pose at the time of that cycle.
+    /// Sets a goal pose in the base frame. The next [`cycle`](Self::cycle) or [`cycle_with`](Self::cycle_with) takes this goal.
+    ///
+    /// If the program sets another goal within [`STREAM`](crate::servo::STREAM), the motion in progress continues to the new goal. For
+    /// a moving goal, call this method before every cycle, with the pose of the goal at the time of the cycle.
     pub fn set_goal(&mut self, base_from_goal: impl Into<UnitDualQuaternion>) {
         self.set = Some(base_from_goal.into());
     }
 
-    /// Runs a whole cycle at time `now` with the joints as `measured`. Returns the output for the robot, as
-    /// [`output`](Self::output) does. `now` may be of any clock that never goes back.
+    /// Runs a whole cycle at time `now` with the `measured` joint positions and velocities. Returns the output for the robot, as
+    /// [`output`](Self::output) does. `now` may come from any monotonic clock.
     ///
     /// # Errors
     /// The [`Rejection`] of the joint state, or of the goal set by [`set_goal`](Self::set_goal). The servo counts the rejection,
@@ -39,7 +40,8 @@ impl Servo {
         Ok(self.output())
     }
 
-    /// Takes the joints as `measured`, received at `now`. `stamp_age` is how long ago they were measured; `None` if that is unknown.
+    /// Takes the `measured` joint positions and velocities, received at `now`. `stamp_age` is the time since the measurement; `None` if
+    /// this time is unknown.
     ///
     /// # Errors
     /// [`Rejection::OnePerJoint`], which is not counted. The errors of [`take_joint_state`](Self::take_joint_state), which are counted.

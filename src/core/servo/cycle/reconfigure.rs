@@ -157,9 +157,10 @@ impl Servo {
         time
     }
 
-    /// Reacts to changed settings. Ends a reconfiguration that the new settings do not allow. Also ends a stall, if the previous
-    /// change, at `before`, was longer than `progress_timeout` ago. So changes in quick succession do not restart a stalled motion
-    /// again and again.
+    /// Reacts to changed settings: ends a reconfiguration that the new settings do not allow, and ends a stall.
+    ///
+    /// `before` is the time of the previous change. If that change was at most `progress_timeout` ago, a stall remains, so that changes
+    /// in quick succession do not restart a stalled motion again and again.
     pub(super) fn settings_changed(&mut self, before: Option<Duration>) {
         let Settings { limits, reconfigure, progress_timeout, .. } = &self.settings;
         let is_allowed =

@@ -24,8 +24,10 @@ pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f6
 
 impl Servo {
     /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. If there are several joint states in
-    /// one cycle, the last valid one counts. Returns false if the servo ignores the joint state because it uses another publisher:
-    /// if two publishers send states of one arm, the servo uses only those of the first.
+    /// one cycle, the last valid one counts.
+    ///
+    /// If two publishers send joint states of one arm, the servo uses only the joint states of the first publisher. Returns false for a
+    /// joint state of the second publisher.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid joint state remains.
@@ -103,8 +105,8 @@ impl Servo {
         }
     }
 
-    /// Revokes consent if an arm has appeared or jumped, if a joint does not follow, or if two publishers send an input that may have
-    /// only one. Returns these two publishers, if any.
+    /// Revokes consent if an arm has appeared or jumped, if a joint does not follow, or if two publishers send the same input although
+    /// only one may. Returns these two publishers, if any.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
@@ -138,7 +140,7 @@ impl Servo {
         rivals
     }
 
-    /// Returns the two publishers of an input that may have only one, if there are two.
+    /// Returns the two publishers that send the same input although only one may; `None` if there are no such publishers.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
         let asking = self.requests.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);

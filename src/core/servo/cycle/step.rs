@@ -121,8 +121,8 @@ impl Servo {
         self.output.be_silent(self.robot.link.is_blind(), self.robot.link.hold());
     }
 
-    /// Returns the `reason` for `state`. If an idle arm sags, returns [`Reason::Sagging`] instead: that the arm sags is more
-    /// important than why it is idle.
+    /// Returns the `reason` for `state`. If an idle arm sags, returns [`Reason::Sagging`] instead, because the sagging is more important
+    /// than the reason why the arm is idle.
     fn sagging(&self, now: Duration, state: State, reason: Option<Reason>) -> Option<Reason> {
         let is_told = matches!(reason, None | Some(Reason::Revoked(_) | Reason::Release(_)));
         let stands = matches!(state, State::Holding | State::Paused | State::Stopping);

@@ -27,10 +27,11 @@ const TREND: (f64, f64) = (LINGERING, 0.9);
 /// Interval at which the smallest singular value is computed.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
-/// An arm counts as standing if no joint is faster than this [rad/s, prismatic: m/s]. An arm may stand where no small motion of the
-/// joints brings the tool nearer to the goal. Then [`CLOSED`] replaces a longer `progress_timeout`. An arm that moves a little
-/// faster may be passing a saddle point of the error.
+/// An arm counts as standing if no joint is faster than this [rad/s, prismatic: m/s]. An arm that moves a little faster may be
+/// passing a saddle point of the error.
 const STANDS: f64 = 1e-3;
+/// The largest effective `progress_timeout` of an arm that stands where no small motion of the joints brings the tool nearer to the
+/// goal.
 const CLOSED: Duration = Duration::from_secs(1);
 
 /// The current goal and the arm's error in one cycle.

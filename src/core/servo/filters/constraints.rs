@@ -10,23 +10,24 @@ pub const CLEARANCE: f64 = 0.01;
 
 /// A gap approaches the clearance with a time constant of at least this many cycles.
 const CYCLES: f64 = 20.0;
-/// A gap approaches the clearance with a time constant of at least this many times the delay, as a joint approaches its position
-/// limit.
+/// A gap approaches the clearance with a time constant of at least this many times the delay. The approach of a joint to its position
+/// limit has the same bound.
 const DELAYS: f64 = 5.0;
 
 /// The fraction of the acceleration limit that the arm uses to brake for gaps.
 const SHARE: f64 = 0.5;
 
-/// A gap below the clearance has to grow. The required rate of growth is at most this fraction of the fastest growth, in which every
-/// joint widens the gap with its desired speed. If the gap only had to stay constant, it would slowly close, because the joints
-/// move the parts along curved paths.
+/// A gap below the clearance has to grow at a certain rate. This rate is at most this fraction of the largest possible rate, which
+/// results if every joint moves with its desired speed in the direction that widens the gap.
+///
+/// If the gap only had to stay constant, it would slowly close, because the joints move the parts along curved paths.
 const LEAVING: f64 = 0.1;
 
-/// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
+/// The weight of the joints' velocities relative to the tool's velocity. 1 rad/s counts as much as 1 m/s.
 const JOINT_WEIGHT: f64 = 1e-2;
 
-/// A margin on the distance up to which pairs are checked \[m\]. It is necessary because the constrained velocity has another
-/// direction than the desired velocity.
+/// A margin on the distance up to which pairs are checked \[m\]. The margin is necessary because the constrained velocity may lead
+/// toward pairs that the desired velocity does not approach.
 const AROUND: f64 = 0.05;
 
 /// Largest number of gaps that constrain the velocity.
@@ -40,9 +41,9 @@ const MOST_GAPS: usize = 200;
 /// nearest tool motion: it minimizes `|J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`. Here `J` is the Jacobian, and the weight μ is
 /// [`JOINT_WEIGHT`]. Otherwise the nearest velocity is the one with the nearest joint motion.
 ///
-/// If all gaps are above the clearance, there is always a solution, because a standing arm satisfies the constraint of every such
-/// gap. A gap below the clearance must grow. If such constraints contradict each other, they are dropped. If rounding leaves no
-/// solution, the velocity is zero.
+/// If all gaps are above the clearance, there is always a solution, because a standing arm satisfies every constraint. A gap below
+/// the clearance must grow. If no velocity satisfies all constraints, such a gap need not grow, but must not close. If rounding
+/// still leaves no solution, the velocity is zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
     near: Vec<Near>,

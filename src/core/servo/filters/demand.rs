@@ -4,9 +4,11 @@ use super::{FilterInput, LawGoal};
 use dq_algebra::split;
 use dq_limits::ratio;
 
-/// Turns the law's velocity into the demanded velocity. First reduces the velocity to the gain that the delay allows. Then adds the
-/// escape from a singularity, the feed-forward of a moving goal, and the motion to the posture. Finally scales the sum to the speed
-/// limits.
+/// Turns the law's velocity into the demanded velocity, in three steps:
+///
+/// 1. Reduce the velocity to the gain that the delay allows.
+/// 2. Add the escape from a singularity, the feed-forward of a moving goal, and the motion to the posture.
+/// 3. Scale the sum to the speed limits.
 pub(super) struct LawDemand {
     /// The velocity that is added to the law's velocity [rad/s, prismatic: m/s].
     more: Vec<f64>,
@@ -34,9 +36,10 @@ impl LawDemand {
         velocity.iter_mut().zip(&self.more).for_each(|(speed, more)| *speed += more);
     }
 
-    /// Adds the motion to the posture in the null space of the law's inverse. This motion gets only the speed that the law's velocity
-    /// leaves within each joint's limits on speed and position. So it neither slows the tool nor keeps the tool from its goal. While
-    /// the arm escapes from a singularity, there is no motion to the posture.
+    /// Adds the motion to the posture, except while the arm escapes from a singularity.
+    ///
+    /// This motion does not move the tool in the components that the aim constrains. It is scaled down so that its sum with the law's
+    /// velocity keeps each joint's limits on speed and position. So it neither slows the tool nor keeps the tool from its goal.
     fn move_to_posture(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {
         let (gain, task) = (input.settings.posture.gain, input.settings.controller.aim.components());
         if goal.escape.is_some() || gain <= 0.0 || input.arms.joint_count() <= task {

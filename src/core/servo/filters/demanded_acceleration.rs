@@ -15,13 +15,13 @@ const JERK_SHARE: f64 = 0.25;
 /// times the law's speed, the path requires the acceleration `s² A`, so `s = √(limit / |A|)`. Without this scaling, a law with a
 /// high gain would overshoot its goal, because the acceleration limit would prevent the arm from braking in time.
 ///
-/// The acceleration is assumed to change by the same fraction per second as the speed, so the jerk is `|A|²/|v|`. At `s` times the
-/// speed, the path requires `s³` times that jerk.
+/// For the jerk, the filter assumes that the acceleration changes by the same fraction per second as the speed. The jerk is then
+/// `|A|²/|v|`. At `s` times the speed, the path requires `s³` times this jerk.
 ///
-/// The path of the filtered velocity is nearly the law's path. But while s changes, the speed along the path changes too. The
-/// filter does not count that acceleration, so the command lags a little, and the tool leaves the path a little. In the motion of
-/// the reference paper, under the law `logc`, the distance from the path is 0.01 mm with an acceleration limit of 50 rad/s². It
-/// is 1.3 mm at 5 rad/s² and 7 mm at 2 rad/s². In other motions, these distances are up to four times as large.
+/// The path of the filtered velocity is nearly the law's path. But while s changes, the speed along the path changes, too. The
+/// filter does not count this acceleration, so the command lags a little, and the tool leaves the path a little. Example: in the
+/// motion of the reference paper, under the law `logc`, the distance from the path is 0.01 mm with an acceleration limit of 50
+/// rad/s², 1.3 mm with 5 rad/s², and 7 mm with 2 rad/s². In other motions, these distances are up to four times as large.
 pub(super) struct DemandedAcceleration {
     /// A copy of the arms, in their state at the end of the next cycle.
     ahead: Arms,

@@ -1,6 +1,6 @@
 //! The filters that turn the desired velocity into the command, in this order:
 //!
-//! 1. Add the escape, the feed-forward and the posture to a law's velocity, and limit its acceleration.
+//! 1. If a law drives the arm: add the escape, the feed-forward and the posture, and limit the acceleration of the sum.
 //! 2. Keep the arm slow until each joint has followed a command.
 //! 3. Keep the arm clear of its scene.
 //! 4. Keep the command within the envelope.
@@ -53,7 +53,8 @@ pub(super) struct LawGoal<'a> {
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
-    /// The posture: the positions to which the joints move as far as the motion of the tool leaves them free \[rad, prismatic: m\].
+    /// The posture: the joint positions to which the arm moves as far as it can without disturbing the motion of the tool \[rad,
+    /// prismatic: m\].
     pub posture: &'a [f64],
 }
 

@@ -17,15 +17,17 @@ const MOST_PLACES: u32 = 40;
 /// Number of cycles by which a stop may take longer than computed, because the duration of each of its phases is rounded up.
 const MORE_CYCLES: usize = 10;
 
-/// Largest number of times that a path is halved.
+/// Largest number of times that the check of a stop halves the stop's path.
 const DEPTH: usize = 10;
 
-/// Accepts a velocity if, after it, the arm can be stopped without closing any gap. In this stop, each joint brakes with its own
+/// Accepts a velocity if the arm can stop from this velocity without closing any gap. In this stop, each joint brakes with its own
 /// deceleration. If the velocity is not accepted, the arm slows down along its present path, or stops.
 ///
 /// Because every velocity is checked, a stop at any time closes no gap. This is true even if one command of the stop acts for one
-/// cycle longer than usual. The path of the stop is checked at its beginning and at its end. If the gaps there do not prove that
-/// the path in between is clear, the path is halved and checked at its middle, too (Schwarzer, Saha & Latombe 2005).
+/// cycle longer than usual.
+///
+/// The check measures the gaps at the beginning and at the end of the stop's path. If these gaps do not prove that the path in between
+/// is clear, the check measures the gaps at the middle of the path, and continues with each half (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -113,9 +115,11 @@ impl StoppingPath {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns, for each joint, the least and the largest difference between its real position after `cycles` cycles and the computed
-    /// position \[rad, prismatic: m\]. Assumes that one cycle may take twice its time. The mean time between cycles may exceed the
-    /// control period. In this case, the robot may move during all of the extra time, or during none of it.
+    /// Returns, for each joint, the least and the largest difference between the real and the computed position after `cycles` cycles
+    /// \[rad, prismatic: m\]. There are two reasons for a difference:
+    ///
+    /// - One cycle may take twice as long as usual.
+    /// - The mean time between cycles may exceed the control period. The robot may move during all of the extra time, or during none.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -231,9 +235,10 @@ impl PathCheck<'_> {
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
-    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a rough bound, which takes little
-    /// time. Measures the gap only if the rough bound is too small, or if `is_enough` says that it does not prove the nearby path
-    /// to be clear.
+    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow.
+    ///
+    /// First computes a rough bound, which takes little time. If the rough bound is too small, or if `is_enough` returns false for
+    /// it, measures the gap. `is_enough` returns whether a bound proves that the nearby path is clear.
     fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
@@ -254,9 +259,8 @@ impl PathCheck<'_> {
         false
     }
 
-    /// Checks the gaps at the beginning and at the end of a stop of `end` cycles. The arm must be placed at the beginning of the stop.
-    /// Returns whether all gaps are wide enough at both times. Adds to `open` the pairs whose gap is not proven wide enough between
-    /// these times.
+    /// Returns whether all gaps are wide enough at the beginning and at the end of a stop of `end` cycles. The caller must have placed
+    /// the arm at the beginning of the stop. Fills `open` with the pairs whose gap is not yet proven wide enough on the path in between.
     fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
         open.clear();
         for (number, near) in self.near.iter().enumerate() {
@@ -282,13 +286,15 @@ impl PathCheck<'_> {
         true
     }
 
-    /// Returns by how much a gap may be narrower between two positions than at these positions \[m\]. At both positions the gap is
-    /// at least `gap`. The two parts move by at most `travel` relative to each other.
+    /// Returns by how much a gap may shrink between two positions of the arm \[m\]. At both positions the gap is at least `gap`. The
+    /// two parts move by at most `travel` relative to each other. The result is the sum of three bounds:
     ///
-    /// Let a point move straight by w past a convex body, and let its distance from the body be D at both ends. Then its distance
-    /// is nowhere less than `√(D² − w²/4)`. A point that stays inside a convex body is nowhere nearer to its surface than at the
-    /// ends. The path of a point is not straight. The rotation φ of the joints bends it by at most `φ w/8`. The joints also brake
-    /// on the way: with the deceleration `a` during the time `t`, a joint deviates from uniform motion by at most `a t²/8`.
+    /// 1. For a straight path: let a point move by w past a convex body, at the distance D from the body at both ends of the path.
+    ///    Between the ends, the distance is at least `√(D² − w²/4)`. If the point moves inside a convex body instead, its distance
+    ///    from the surface is never smaller than at the nearer end.
+    /// 2. For the curvature of the path: the rotation φ of the joints bends the path by at most `φ w/8`.
+    /// 3. For the braking of the joints: with the deceleration `a` during the time `t`, a joint deviates from uniform motion by at
+    ///    most `a t²/8`.
     fn dip(&self, pair: usize, cycles: &Range<usize>, gap: f64, travel: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * travel * travel;
@@ -370,7 +376,7 @@ fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
 }
 
 impl Stoppable {
-    /// Slows `velocity`, one number per joint [rad/s, prismatic: m/s], if the arm could not be stopped after this velocity.
+    /// Slows `velocity`, one number per joint [rad/s, prismatic: m/s], if a stop from this velocity could close a gap.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         self.held_by = None;
         let Some(scene) = &input.settings.scene else { return };
