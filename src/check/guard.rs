@@ -17,7 +17,7 @@ pub const PERIODS: u32 = 3;
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
 /// The guard may have missed commands if the time between two joint states, or between two of its own steps, exceeds this fraction
-/// of the timeout.
+/// of [`Guard::patience`]. Such a time is a gap.
 const LONGEST_GAP: f64 = 0.5;
 
 named! {
@@ -42,8 +42,8 @@ pub struct Guard {
     timeout: Duration,
     /// The last command; `None` before the first command.
     last: Option<Vec<f64>>,
-    /// The last two intervals between commands; 0 for an interval above [`LONGEST_PERIOD`]. They show the servo's control period,
-    /// which may be longer than the timeout.
+    /// The last two intervals between commands; 0 for an interval above [`LONGEST_PERIOD`]. The guard takes the shorter one as the
+    /// servo's control period. It waits for [`PERIODS`] such periods, even if they are longer than `timeout`.
     intervals: [Duration; 2],
     /// When the last command arrived.
     heard: Option<Duration>,
@@ -53,7 +53,8 @@ pub struct Guard {
     measured: Vec<f64>,
     /// When the last measured positions arrived.
     measured_at: Option<Duration>,
-    /// The latest time at which a command arrived, or at which a gap in the joint states or in the guard's steps ended.
+    /// When the present silence of the commands began: when the last command arrived, or when a later gap (see [`LONGEST_GAP`]) in the
+    /// joint states or in the guard's steps ended.
     silent_since: Duration,
     /// The time of the guard's last step.
     looked: Duration,
@@ -194,9 +195,9 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Runs a guard with a timeout of 100 ms for three seconds, in steps of 2 ms. The functions `command` and `state` give the
-    /// messages at each time. The guard runs and receives them at the times at which `looks` is true. Returns the time \[ms\] and
-    /// the value of the guard's first command.
+    /// Runs a guard with a timeout of 100 ms for three seconds, in steps of 2 ms. In each step, the functions `command` and `state`
+    /// give the messages that are sent. The guard runs, and receives all messages so far, only in the steps in which `looks` is
+    /// true. Returns the time \[ms\] and the value of the first command that the guard sends.
     fn watches(
         interface: Interface,
         command: impl Fn(f64) -> Option<[f64; 2]>,
@@ -221,8 +222,8 @@ mod tests {
         None
     }
 
-    /// Runs a guard that receives the commands `command` until 100 ms. The arm never stops moving. Returns the time \[ms\]
-    /// and the value of the guard's first command.
+    /// Runs a guard whose arm moves all the time. The guard receives the commands of the function `command` up to 100 ms, and none
+    /// afterwards. Returns the time \[ms\] and the value of the first command that the guard sends.
     fn after(interface: Interface, command: impl Fn(f64) -> [f64; 2]) -> Option<(u32, Vec<f64>)> {
         watches(interface, |time| (time <= 0.1).then(|| command(time)), |time| Some([1.0, time]), |_| true)
     }

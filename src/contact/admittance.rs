@@ -35,7 +35,8 @@ const ENDED: f64 = 1e-7;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Admittance {
     offset: UnitDualQuaternion,
-    /// The rates of the offset, angular first: `ω` along the axes of the yielded goal, and `p′` along those of the goal.
+    /// The rates of the offset: the body rate `ω` along the axes of the yielded goal [rad/s], then `p′` along the axes of the goal
+    /// [m/s].
     rates: Vector6<f64>,
     /// The present parameters; `None` while the goal does not yield.
     dynamics: Option<Dynamics>,
@@ -137,8 +138,8 @@ impl Admittance {
         *self = if ends { Self::default() } else { Self { dynamics: Some(dynamics), ..*self } };
     }
 
-    /// Lets neither the distance nor the angle of the offset grow beyond its limit \[m, rad\]. An offset that is already larger,
-    /// because the limit was lowered, may only shrink.
+    /// Limits the offset to a `distance` and an `angle` \[m, rad\]. `before` is the offset before this step, which took `dt` \[s\]. If
+    /// it was already beyond a limit, because the limit was lowered, the offset may only shrink.
     fn keep_within(&mut self, [distance, angle]: [f64; 2], before: &UnitDualQuaternion, dt: f64) {
         let (point, turn) = (self.offset.translation(), self.offset.rotation().scaled_axis());
         let [was_away, was_turned] = before.distances(&UnitDualQuaternion::identity());

@@ -19,13 +19,13 @@ pub struct Compliance {
     /// stiffness along and about x, y, z of the tool; 0: free, .inf: the goal does not yield \[N/m, N m/rad\]
     #[parameter(default = [500.0, 500.0, 500.0, 30.0, 30.0, 30.0], range = 0.0..=f64::INFINITY)]
     pub stiffness: [f64; 6],
-    /// damping along and about x, y, z of the tool; raised to the least stable value if it is smaller \[N s/m, N m s/rad\]
+    /// damping along and about x, y, z of the tool; a value too small for stability is raised \[N s/m, N m s/rad\]
     #[parameter(default = [300.0, 300.0, 300.0, 8.0, 8.0, 8.0], range = 1e-3..=1e6)]
     pub damping: [f64; 6],
     /// virtual mass along, and inertia about, x, y, z of the tool \[kg, kg m²\]
     #[parameter(default = [5.0, 5.0, 5.0, 0.2, 0.2, 0.2], range = 1e-3..=1e3)]
     pub mass: [f64; 6],
-    /// wrench that the tool is to exert along and about its x, y, z, where the stiffness is 0 \[N, N m\]
+    /// wrench to exert along and about x, y, z of the tool; fully reached only in directions with stiffness 0 \[N, N m\]
     #[parameter(range = -1e4..=1e4)]
     pub force_goal: [f64; 6],
     /// largest stiffness of a contact at which the arm must be stable: along an axis, and about an axis \[N/m, N m/rad\]
@@ -44,16 +44,16 @@ pub struct Compliance {
     /// cutoff frequency of the wrench's low-pass \[Hz\]
     #[parameter(default = 20.0, range = 0.1..=1e3)]
     pub cutoff: f64,
-    /// age from which a wrench is stale; the arm then decelerates \[s\]
+    /// largest age of a wrench that the servo uses; the arm decelerates while the newest wrench is older \[s\]
     #[parameter(default = 0.1, range = 0.001..=10.0)]
     pub wrench_timeout: Duration,
-    /// whether the sensor reports the wrench that the tool exerts, and not the one that the tool feels
+    /// whether the sensor reports the wrench that the tool exerts, instead of the wrench that acts on the tool
     #[parameter()]
     pub reversed: bool,
-    /// mass of what hangs on the sensor \[kg\]
+    /// mass of the load that the sensor carries \[kg\]
     #[parameter(range = 0.0..=1e3)]
     pub tool_mass: f64,
-    /// center of that mass, in tool_frame \[m\]
+    /// center of mass of the load that the sensor carries, in tool_frame \[m\]
     #[parameter(range = -10.0..=10.0)]
     pub tool_center: [f64; 3],
     /// gravity in the base frame \[m/s²\]

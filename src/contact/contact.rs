@@ -21,8 +21,8 @@ pub enum ContactFault {
     Force(f64),
     /// The torque has this size \[N m\], which exceeds its limit.
     Torque(f64),
-    /// The force has this size \[N\] and points along the motion that touched the obstacle. It also grows while the tool yields, or a
-    /// limit is exceeded. So the sign of the force is probably wrong.
+    /// The sign of the force is probably wrong. The force has this size \[N\] and points along the motion that touched the obstacle.
+    /// In addition, either the force grows while the tool yields, or the force or the torque exceeds its limit.
     Sign(f64),
 }
 
@@ -47,8 +47,8 @@ pub struct ContactState {
     /// The offset by which the goal yields.
     pub offset: Admittance,
     sign: SignWatch,
-    /// The raised limits of force and torque \[N, N m\]. They replace the limits of the parameters from the time at which a wrench stops
-    /// the arm until the contact ends; `None` at other times.
+    /// The raised limits of force and torque \[N, N m\]. They replace [`Compliance::largest_wrench`] from the time at which a wrench
+    /// stops the arm until the contact ends; `None` at other times.
     tolerated: Option<[f64; 2]>,
 }
 

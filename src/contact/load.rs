@@ -52,8 +52,9 @@ const UNKNOWNS: usize = 10;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     count: f64,
-    /// The sum of the unit vectors `u` along gravity. The field `products` is the sum of `u uᵀ`.
+    /// The sum of the unit vectors `u` along gravity.
     directions: Vector3<f64>,
+    /// The sum of the matrices `u uᵀ`.
     products: Matrix3<f64>,
     normal: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     right: SVector<f64, UNKNOWNS>,

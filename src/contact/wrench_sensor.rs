@@ -11,8 +11,8 @@ use std::time::Duration;
 /// The largest force or torque that a message may contain \[N, N m\].
 const LARGEST: f64 = 1e12;
 
-/// The longest interval between two wrenches that the low-pass filter and the running mean assume \[s\]. They replace a longer
-/// interval by this one.
+/// The longest interval between two wrenches in the low-pass filter and in the running mean \[s\]. There, a longer interval counts as
+/// this long.
 const LONGEST_INTERVAL: f64 = 0.1;
 
 /// The time constant of the running mean \[s\]. [`WrenchSensor::tare`] sets the bias of the sensor to this mean.
@@ -50,7 +50,8 @@ impl<'a> WrenchReading<'a> {
     }
 }
 
-/// The wrench at the tool, in the tool frame, torque first \[N m, N\].
+/// The wrench sensor of one tool. It converts, compensates and filters the received wrenches. All wrenches in this type are in the
+/// tool frame, torque first \[N m, N\].
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct WrenchSensor {
     pub(crate) sources: Arbiter,
@@ -60,9 +61,9 @@ pub struct WrenchSensor {
     measured: Vector6<f64>,
     /// The last wrench, less the weight of the load and the bias of the sensor.
     latest: Vector6<f64>,
-    /// The low-pass-filtered [`latest`](Self::latest). The field `mean` is the running mean of the wrench without the weight, but
-    /// with the bias.
+    /// The low-pass-filtered [`latest`](Self::latest).
     filtered: Vector6<f64>,
+    /// The running mean of the wrenches, less the weight of the load. It still contains the bias.
     mean: Vector6<f64>,
     bias: Vector6<f64>,
     /// For how long the sensor has repeated its last wrench \[s\], and how far the tool has moved since \[m\].

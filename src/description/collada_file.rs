@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Largest depth of elements. mesh-loader recurses into nested nodes, so a deeper file could overflow the stack.
 const DEEPEST: usize = 100;
-/// Largest number of placed geometries.
+/// Largest number of geometries in a scene. A geometry counts each time that the scene places it.
 const MOST_PLACES: usize = 10_000;
 
 /// Largest number of elements and attributes.
@@ -59,7 +59,8 @@ fn check_depth(root: Node) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the text of the document without its declaration of the unit, and without the transforms of its nodes.
+/// Returns the text of the document without its declaration of the unit, and without the transforms of its nodes. From this text,
+/// mesh-loader reads each geometry in its own frame.
 fn without_places(text: &str, document: &Document) -> String {
     let places = |node: &Node| {
         let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());

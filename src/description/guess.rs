@@ -21,13 +21,14 @@ pub struct Guess {
     pub alternatives: Vec<String>,
 }
 
-/// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
+/// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one:
 ///
-/// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
-/// end of the chain with the most joints. Fixed joints at the end of the chain belong to the chain, but a gripper does not. A
-/// one-sided joint at the end of a chain is a gripper (a jaw) if at least four joints precede it. A gripper also begins at a link
-/// that carries several moving parts, if none of these parts has more joints than the arm has up to that link. The base frame is
-/// `base_link` if that link is on the path to the tool, otherwise the root.
+/// - The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
+///   end of the chain with the most joints. The chain includes fixed joints at its end, but no gripper.
+/// - A joint at the end of a chain is the jaw of a gripper if it opens to one side only, and at least four joints precede it. A
+///   gripper also begins at a link that carries several moving parts, if none of these parts has more joints than the arm has up to
+///   that link.
+/// - The base frame is `base_link` if that link is on the path to the tool; otherwise the root.
 ///
 /// # Errors
 /// [`DescriptionError::SeveralArms`] if several chains could equally well be the arm; other errors if the document is invalid.
@@ -98,9 +99,9 @@ struct Branches<'a> {
 /// A summary of the chains beyond a link: how many joints they have, and whether anything moves there.
 #[derive(Clone, Copy, Default)]
 struct Beyond {
-    /// The largest number of driven joints on one chain.
+    /// The largest number of driven joints on one chain beyond the link.
     joints: usize,
-    /// Whether any of these chains moves. A mimic joint does not count if its driver comes earlier on the chain.
+    /// Whether any joint beyond the link moves. A mimic joint does not count if its driver comes earlier on the chain.
     moves: bool,
 }
 
@@ -161,7 +162,10 @@ impl<'a> Branches<'a> {
     }
 
     /// Returns the first frame after `from` with this name, with or without a prefix; `None` if there is no such frame. Ignores a
-    /// frame if more joints are beyond it than before it.
+    /// frame if more joints are beyond it than before it. If several branches have such a frame, the one without a prefix counts.
+    ///
+    /// # Errors
+    /// [`DescriptionError::SeveralArms`] if several branches have such a frame, all with a prefix.
     fn named(&self, from: &'a str, name: &str) -> Result<Option<&'a str>, DescriptionError> {
         let (mut before, mut found) = (HashMap::from([(from, 0)]), Vec::new());
         for &link in &self.order {

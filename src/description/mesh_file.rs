@@ -58,7 +58,7 @@ fn kind(file: &str) -> Option<String> {
 }
 
 /// Returns the path of the mesh `file`; `None` if the file is not found. `description` is the path of the robot description's own
-/// file, if it has one. `folders` has the lists of [`packages`].
+/// file, if it has one. `folders` has the values of `AMENT_PREFIX_PATH` and `ROS_PACKAGE_PATH`.
 ///
 /// - The package of a `package://` name is searched in the folders of ROS packages and in the folders above `description`.
 /// - A file with any other name must be in a ROS package, in the folder of `description`, or in a folder next to that folder. A
@@ -95,7 +95,7 @@ fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option
 }
 
 /// Yields the folders in which ROS has its packages: `share` in each folder of the list `prefixes`, and each folder of the list
-/// `packages`.
+/// `packages`. Colons separate the folders of a list.
 fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf> {
     let each = |list: &'_ str| {
         list.split(':').filter(|part| !part.is_empty()).map(PathBuf::from).collect::<Vec<_>>()

@@ -10,9 +10,9 @@ use std::fmt::Write;
 /// Two frames within this distance coincide \[m\].
 const SHORTEST_LINK: f64 = 1e-6;
 
-/// The radius of the first limb as a fraction of the arm's reach.
+/// The radius of the first limb as a fraction of the arm's reach. A limb is the cylinder that is drawn from one joint to the next.
 const STOUTNESS: f64 = 0.04;
-/// The radius at the tool as a fraction of the first limb's radius.
+/// The radius at the tool as a fraction of the first limb's radius. From limb to limb, the radius decreases in equal steps.
 const TAPER: f64 = 0.45;
 
 impl DescribedArm {

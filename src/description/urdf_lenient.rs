@@ -119,8 +119,8 @@ struct Xml {
 }
 
 impl Xml {
-    /// Writes `text` in place of `read` inside the robot element, and no text outside of it. Then writes the line ends of `read` that
-    /// the text lacks, so that the elements keep their line numbers.
+    /// Writes `text` in place of `read`, which is a part of the input. Outside the robot element, writes no text. If `read` has more
+    /// line ends than the written text, adds the missing ones, so that the elements keep their line numbers.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());
@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(as_xml(text).unwrap(), expected);
     }
 
-    /// In quadratic time, each of these texts would take minutes.
+    /// A parser with quadratic running time would take minutes for each of these texts.
     #[test]
     fn the_time_is_proportional_to_the_length_of_the_text() {
         let began = std::time::Instant::now();

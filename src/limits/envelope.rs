@@ -65,11 +65,11 @@ impl Envelope {
         }
     }
 
-    /// Moves the command from the last command toward `velocity`, along a straight line in joint space, as far as every joint can
-    /// change its speed within a cycle. So the command neither jumps nor takes a detour when the desired velocity changes.
+    /// Moves the command from the last command toward `velocity`. All joints make the same fraction of their changes of speed: the
+    /// largest fraction that every joint can make within a cycle. So the command neither jumps nor takes a detour in joint space.
     ///
-    /// If one joint can hardly accelerate, this change may take longer than a stop. In this case, the joints that have to slow down
-    /// brake independently.
+    /// At this rate, the whole change may take longer than [`STOP_TIME`], for example because one joint can hardly accelerate. In
+    /// this case, the joints that have to slow down brake independently.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
@@ -85,12 +85,12 @@ impl Envelope {
     }
 
     /// Slows the joints so that the tool keeps its speed limits. The tool may be too fast because the limits were lowered, or because
-    /// individual joints changed their speeds. What counts is the speed that the tool will have once the joints' accelerations have
-    /// ended.
+    /// individual joints changed their speeds. This method checks the speed that the tool will have once the joints' accelerations
+    /// have ended.
     ///
-    /// With limited jerk, a joint continues to accelerate for a while, so the slower command may also lead to a tool speed above the
-    /// limits. In this case, all accelerations decrease as fast as the jerk limits allow. Otherwise joints would speed up and slow
-    /// down again and again, and the tool would be too fast each time.
+    /// With limited jerk, the accelerations end only after some cycles. So the tool may become too fast even after a slower command. In
+    /// this case, all accelerations decrease as fast as the jerk limits allow. Otherwise the joints would speed up and slow down
+    /// again and again, and the tool would be too fast each time.
     fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         if self.slow_at_rest(joints.limits, arms, velocity) || !joints.braking.limits_jerk() {
             return;

@@ -53,8 +53,7 @@ pub struct Limits {
     // `Limits::deceleration` raises a value that is too small to stop the joint in time.
     #[parameter(range = JOINT_SPEEDS)]
     pub joint_deceleration: Vec<f64>,
-    /// how fast joint accelerations may change, stops included: one number for all joints or one per joint; empty: no limit
-    /// [rad/s^3, m/s^3]
+    /// largest joint jerks, also in a stop: one number for all joints or one per joint; empty: no limit [rad/s^3, m/s^3]
     // Infinite for no limit. `Limits::jerk` raises a value that is too small.
     #[parameter(name = "limits.jerk", range = JOINT_JERKS)]
     pub joint_jerk: Vec<f64>,
@@ -80,8 +79,8 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The time between cycles that a stop has to expect \[s\]. This is the largest mean over the duration of a stop, found in the
-    /// last 2 to 4 s.
+    /// The time between cycles that braking assumes \[s\]: the largest average in the last 2 to 4 s, and at least `period`. Each
+    /// average covers about as many cycles as a stop takes.
     pub cycle: f64,
     /// The longest time until the servo sees the effect of a command \[s\]. It is the sum of three times: the time from a command to
     /// the joint state that shows its effect, the interval of joint states, and the worst recent lateness of a cycle or joint state.
@@ -94,8 +93,8 @@ impl Braking<'_> {
         self.jerks.iter().any(|jerk| jerk.is_finite())
     }
 
-    /// Returns by how much the changes of speed of joint number `joint` may differ in two successive cycles [rad/s, prismatic:
-    /// m/s].
+    /// Returns the largest allowed difference between the changes of speed in two successive cycles, for joint number `joint` [rad/s,
+    /// prismatic: m/s].
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }
@@ -145,9 +144,10 @@ pub struct Approach {
 
 impl Approach {
     /// Returns the joint's allowed speed [rad/s, prismatic: m/s] at the distance `distance` \[rad, prismatic: m\] from the position
-    /// that the joint must not pass. Near that position, the allowed speed is proportional to the distance. This approach needs no
-    /// more than the available deceleration. Farther away, the allowed speed follows the curve of constant deceleration. The two
-    /// curves join smoothly.
+    /// that the joint must not pass.
+    ///
+    /// Near that position, the allowed speed is proportional to the distance. Farther away, it follows the curve of constant
+    /// deceleration. The two curves join smoothly, and neither needs more than the available deceleration.
     pub fn speed(&self, distance: f64) -> f64 {
         let deceleration = BRAKING_SHARE * self.deceleration;
         let proportional_below = deceleration / (self.rate * self.rate);

@@ -301,9 +301,10 @@ impl ArmLink {
         };
     }
 
-    /// Sets `velocity` to the present joint velocities of this arm [rad/s, prismatic: m/s]. Uses the reported velocities if there
-    /// are any, and counts them as 0 if all are below [`STANDSTILL`]. Otherwise computes the velocities from the last two joint
-    /// states, or sets them to 0 if these states are less than [`TWO_STATES`] apart.
+    /// Sets `velocity` to the present joint velocities of this arm [rad/s, prismatic: m/s].
+    ///
+    /// - If the robot reports velocities, uses these, or 0 if all of them are below [`STANDSTILL`].
+    /// - Otherwise, computes the velocities from the last two joint states, or uses 0 if these are less than [`TWO_STATES`] apart.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -315,8 +316,10 @@ impl ArmLink {
     }
 
     /// Sets `velocity` to the joint velocities after a robot has appeared, or after missed cycles [rad/s, prismatic: m/s]. Returns
-    /// false if this needs another joint state. The first joint states may be old, so the link determines each velocity twice and
-    /// uses the smaller result. If the two results have different signs, the velocity is 0.
+    /// false if this needs another joint state.
+    ///
+    /// The first joint states may be old, so the link determines each velocity twice: from the change of the position, and from the
+    /// reported velocity or an earlier change of the position. It uses the smaller result, or 0 if the two have different signs.
     fn find_velocity(
         &mut self,
         now: Duration,

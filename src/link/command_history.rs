@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How long commands are kept at least. This covers the time of a motion that is compared with its commands, and the longest delay.
+/// The least time for which commands are kept. It is long enough to compare a motion with its commands, even at the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
 /// The recent commands of all joints, stored as sums of displacements.
@@ -15,7 +15,7 @@ pub(crate) struct CommandHistory {
     joint_count: usize,
     /// How long each command moves the joints \[s\]; `None` if each command moves the joints until the next command.
     step: Option<f64>,
-    /// Longest time for which a command moves the joints \[s\].
+    /// Longest time for which a command moves the joints, even if no other command follows \[s\].
     longest: f64,
     /// The number of commands that remain when the older half is dropped. At most twice this number are kept.
     pub(super) capacity: usize,
@@ -52,8 +52,8 @@ impl CommandHistory {
         }
     }
 
-    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The part `hold` of the command only
-    /// balances a payload or gravity, so it moves no joint.
+    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], which are in force from `now` on. Their part `hold` only balances
+    /// a payload or gravity, so a command that equals `hold` moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {

@@ -25,8 +25,8 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// If the misfits of all candidates for the response time are below this \[rad², prismatic: m²\], noise would decide, and no
-/// candidate is chosen. The misfit is the sum of the squared differences between motion and commands.
+/// A candidate for the response time is chosen only if the largest [misfit](Candidate::misfit) of the candidates is at least this
+/// \[rad², prismatic: m²\]. Below it, the candidates differ only by noise.
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age.
@@ -60,7 +60,7 @@ pub(crate) struct Latency {
     candidates: Vec<Candidate>,
 }
 
-/// The comparison for one possible response time.
+/// The comparison of motion with commands for one candidate of the response time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Candidate {
     /// The comparison of each motion with the commands that preceded it by the response time of this candidate.
@@ -70,10 +70,12 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Returns the misfit \[rad², prismatic: m²\]: the sum of the squared differences between motion and commands, for the best fit.
-    /// The fit allows that the robot moves at a fraction f ≤ 1 of its commands, plus a constant speed of each joint. `motion` is the
-    /// sum M of the squared motions. The misfit is `M − 2 f P + f² W` with `f = P/W`, where P is the `product` and W is the `square`
-    /// of [`Comparison`]. All sums are taken about the means.
+    /// Returns the misfit: the sum of the squared differences between the motion and the best prediction from the commands \[rad²,
+    /// prismatic: m²\]. The prediction is a fraction f of the commands, from 0 to 1, plus a constant speed of each joint.
+    ///
+    /// The misfit is `M − 2 f P + f² W`. M is `motion`, the sum of the squared motions. P is the `product` and W is the `square` of
+    /// [`Comparison`]. The best f is `P/W`, limited to the range from 0 to 1. All sums are about the means, so they do not depend on
+    /// the constant speeds.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
         let count = latency.count.max(f64::MIN_POSITIVE);
         let joints = self.asked.iter().zip(&latency.moved);

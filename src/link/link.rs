@@ -28,8 +28,8 @@ pub struct Link {
 }
 
 impl Link {
-    /// Creates the link to arms whose joints have the names `orders` and the `kinds`. The servo sends commands of the kind
-    /// `interface` once per `period`.
+    /// Creates the link to one or several arms. `orders` has the joint names of each arm, and `kinds` has the kinds of all joints,
+    /// arm after arm. The servo sends commands of the kind `interface` once per `period`.
     pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
         let mut count = 0;
         let arms = orders.into_iter().map(|order| {
@@ -114,8 +114,8 @@ impl Link {
         })
     }
 
-    /// Notes that consent has been revoked. Each time at which an arm stopped following counts for one revocation only, so all these
-    /// times are forgotten. The [hold](Self::hold()) of an arm that does not follow returns to 0 until the servo drives this arm again.
+    /// Notes that consent has been revoked. Forgets the times at which arms stopped following, because each of them counts for one
+    /// revocation only. If an arm does not follow, its [hold](Self::hold()) returns to 0 until the servo drives the arm again.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -170,8 +170,8 @@ impl Link {
         }
     }
 
-    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. The hold is a part of the command. It keeps the joints
-    /// still against a payload or gravity, so it does not move them.
+    /// Records that `command` is in force from `now` on [rad/s, prismatic: m/s]. Its part [`hold`](Self::hold()) only keeps the
+    /// joints still against a payload or gravity, so this part does not count as motion.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {

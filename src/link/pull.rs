@@ -10,9 +10,9 @@
 //!
 //! with the speed θ̇ of the joint and the rate K_I of the estimate, which `observed_at` returns.
 //!
-//! With the parameter `integral`, the command is the motion plus the hold, which is p̂. Then θ̇ follows the motion, and the joint
-//! stands p/K_I below the position at which it was stopped. A limit on the command does not wind up the estimate, because u is the
-//! command that was sent.
+//! With the parameter `integral`, the command is the desired motion plus the hold, and the hold follows p̂. Then θ̇ follows the
+//! desired motion. Until p̂ has reached p, the joint falls behind that motion by p/K_I in total. A limit on the command does not wind
+//! up the estimate, because u is the command that was sent.
 
 use dq_limits::{Limits, Pace};
 use serde::{Deserialize, Serialize};
@@ -33,9 +33,9 @@ const FASTEST_CHANGE: f64 = 1.0;
 /// A joint stands if it is slower than this [rad/s, prismatic: m/s].
 const STANDSTILL: f64 = 0.01;
 
-/// A motion does not count for the estimate of the [`Pull`] if its speed, or the change of its speed, is at least this [rad/s,
-/// prismatic: m/s]. In such a motion, an error of the estimated delay looks like a pull. The weight of slower motions falls
-/// linearly from standstill to this speed.
+/// The speed, or change of speed, from which a motion does not count for the estimate of the [`Pull`] [rad/s, prismatic: m/s].
+/// Because an error of the estimated delay looks like a pull in a fast motion, the weight of a motion falls linearly with its speed:
+/// from 1 at standstill to 0 at this speed.
 const FAST: f64 = 0.1;
 
 /// The largest rate of change of a joint's hold, as a fraction of the joint's acceleration limit. The hold is the part of the
@@ -124,9 +124,9 @@ impl Pull {
         self.driven = false;
     }
 
-    /// Updates the estimate with the motion of `joints` within the time `passed`. The robot moves at the fraction `factor` of its
-    /// commanded speed. The estimate follows the pull at `rate` [1/s]. `largest` has the joints' speed limits [rad/s, prismatic:
-    /// m/s].
+    /// Updates the estimate with the motion of `joints` within the time `passed`. `factor` is the fraction of its commanded speed at
+    /// which the robot moves, and `rate` is the rate at which the estimate follows the pull [1/s]. `largest` has the joints' speed
+    /// limits [rad/s, prismatic: m/s].
     pub fn observe(
         &mut self,
         joints: impl Iterator<Item = Observed>,

@@ -16,7 +16,8 @@ const SPACING: Duration = Duration::from_millis(10);
 /// is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
-/// Number of samples that are kept. It suffices for one sample per [`SPACING`] in a [`WINDOW`], and the last one before the window.
+/// Number of samples that are kept. It suffices for one sample per [`SPACING`] in a [`WINDOW`], and for the last sample before the
+/// window.
 const CAPACITY: usize = 12;
 
 /// The joint positions of one arm at one time.
@@ -33,7 +34,7 @@ pub(crate) struct Displacement<'a> {
     pub joints: Range<usize>,
     pub from: Duration,
     pub to: Duration,
-    /// Time since the previous displacement \[s\].
+    /// The time from the end of the previous displacement to the end of this one \[s\].
     pub after: f64,
     /// The displacement of each joint \[rad, prismatic: m\].
     pub moved: &'a [f64],

@@ -18,13 +18,12 @@ const LEAST_DISTANCE: f64 = 0.01;
 /// The monitor reports a joint that moves at least this many times as far as commanded.
 const TOO_FAR: f64 = 2.0;
 
-/// An arm that has stopped following `LOSSES` times within `LOSSES_WITHIN` has disobeyed too often. The servo does not try it
-/// again.
+/// An arm that has stopped following `LOSSES` times within `LOSSES_WITHIN` has disobeyed too often. This revokes consent.
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// The monitor compares the motion with the commands at the estimated delay plus each of these times. Of the three results for a
-/// joint, the one that is best for the joint counts.
+/// The monitor compares the motion with the commands three times: at the estimated delay plus each of these times. For each joint,
+/// the most favorable of the three results counts.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
 /// How long a joint must fail to follow its commands before the monitor reports that the arm does not follow.
@@ -43,11 +42,11 @@ const RETRY: Duration = Duration::from_millis(500);
 /// motion that a payload or gravity takes away.
 const PULLED: f64 = 4.0;
 
-/// The weight of a new window in the smoothed [`TrackingMonitor::factor()`].
+/// The weight of the newest comparison of motion with commands in the smoothed [`TrackingMonitor::factor()`].
 const SMOOTHING: f64 = 0.05;
 
-/// The fraction of its commanded distance that a joint has moved: the smallest and the largest such fraction over all delays of
-/// [`SLACK`].
+/// The fraction of its commanded distance that a joint has moved. The fraction depends on the assumed delay, so this type has the
+/// smallest and the largest fraction over the delays of [`SLACK`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,
@@ -185,7 +184,8 @@ impl TrackingMonitor {
         self.factor
     }
 
-    /// Returns how the arm has disobeyed, if that revokes consent: if it has disobeyed for longer than `timeout`, or too often.
+    /// Returns how the arm has disobeyed, if this revokes consent; otherwise `None`. Consent is revoked if the arm has disobeyed for
+    /// longer than `timeout`, or too often.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         let (since, joint) = self.disobeys?;
         let time = now.saturating_sub(since);

@@ -25,7 +25,8 @@ const LONGEST_STEP: f64 = 0.5;
 
 /// The ratio of λ, the damping of the [damped inverse](Damping), to the error. The constant [`DAMPINGS`] bounds λ.
 ///
-/// The inverse is damped only if its smallest singular value is below λ: the [threshold](Damping::threshold) σ₀ equals λ.
+/// The inverse is damped only if the smallest singular value of the Jacobian is below λ: the [threshold](Damping::threshold) σ₀
+/// equals λ.
 const DAMPING: f64 = 0.3;
 
 /// The bounds of λ, the damping of the [damped inverse](Damping): `λ = min(DAMPING · error, first number) + second number`. So λ lies
@@ -222,6 +223,6 @@ impl Search {
     }
 }
 
-/// Number of fixed-point steps that find the root g of `g^(d+1) = g + 1`, from which the start positions follow. Each step divides
-/// the error by three or more.
+/// Number of fixed-point steps in which [`Search::start`] solves `g^(d+1) = g + 1` for g, with d joints. Each step divides the error
+/// by three or more.
 const ROOT_STEPS: u32 = 34;

@@ -131,9 +131,10 @@ struct JointResponse {
     /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
-    /// An anchor at a time when the arm stood.
+    /// The first anchor: the state when the check of the joint began, or a later state if the command has hardly changed since then.
     stood: Anchor,
-    /// An anchor at a later time than `stood`.
+    /// A later anchor than `stood`. The pull may change after `stood`, so motion that follows the commands since `later` also counts
+    /// as a response.
     later: Anchor,
     /// The time since which a joint that has responded has been stuck; `None` if the joint is not stuck.
     stands_since: Option<Duration>,

@@ -81,8 +81,8 @@ impl Servo {
         }
     }
 
-    /// Returns the reason to stop the arm if the goal is to yield, but no usable wrench arrives. Returns `None` if there is a
-    /// usable wrench, if goals do not yield, or if no law drives the arm.
+    /// Returns the reason to stop the arm if goals must yield to the wrench at the tool, but no usable wrench arrives. Returns `None`
+    /// if there is a usable wrench, if goals do not yield, or if no law drives the arm.
     pub(super) fn feels_nothing(&self, now: Duration) -> Option<Reason> {
         let compliance = self.settings.contact.filter(|_| self.mode.law_pursuit().is_some())?;
         let sensor = &self.contact.sensor;

@@ -240,8 +240,8 @@ impl Invariants {
         }
     }
 
-    /// Returns the largest deceleration [rad/s², prismatic: m/s²] and jerk [rad/s³, prismatic: m/s³] in force since the joint last
-    /// stood for two commands.
+    /// Returns the largest deceleration limit [rad/s², prismatic: m/s²] and the largest jerk limit [rad/s³, prismatic: m/s³] since the
+    /// joint was last at rest. A joint is at rest when two successive commands to it have speed 0.
     fn latched(&self, joint: usize, last: Option<&Command>) -> (f64, f64) {
         let stands = |last: &&Command| {
             last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)

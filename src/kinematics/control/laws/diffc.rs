@@ -8,9 +8,9 @@ use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 
 /// The law `θ̇ = Jᵀ K (q_d − q)` in R⁸ (eq. 16–20).
 ///
-/// If the aim is less than a pose, the law feeds back the error of diffc_inverse by the transpose, at a quarter of the gain. For a
-/// tool at the base frame's origin and small errors, this has the same effect as the difference in R⁸: the pose's derivative is ½
-/// of a twist, and the transpose has another factor of ½.
+/// If the aim is not the whole pose, the joint velocity is `Jᵀ ¼ K ξ`. Here ξ is the error of the law diffc_inverse, which is a twist,
+/// and J is the Jacobian of the tool's twist instead of the pose. For small errors of a tool at the base frame's origin, both formulas
+/// give the same joint velocity. The quarter is ½ · ½: the difference `q_d − q` contains half of ξ, and the pose Jacobian half of J.
 pub struct Diffc;
 
 /// The factor by which K is reduced if the law feeds back a twist.
