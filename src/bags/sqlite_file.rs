@@ -366,7 +366,7 @@ mod tests {
         drop(connection);
         let (count, losses) = read(folder.path());
         assert_eq!(count, COUNT);
-        assert!(losses.len() == 1 && losses[0].contains("what was only in that is missing"), "{losses:?}");
+        assert!(losses.len() == 1 && losses[0].contains("only in the log"), "{losses:?}");
         // A recorder that has written metadata has ended the bag.
         let metadata = "rosbag2_bagfile_information:\n  relative_file_paths: [run_0.db3]\n";
         std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();

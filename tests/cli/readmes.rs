@@ -17,11 +17,15 @@ fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     after.map(|rest| rest.split_once('\n').unwrap().1.split("```").next().unwrap()).collect()
 }
 
-/// Returns the content of `main.rs` for an example.
+/// Returns the content of `main.rs` for an example. Like rustdoc, wraps an example without `main` in one, which returns the result that the
+/// example ends with.
 fn program(example: &str) -> String {
-    match example.contains("fn main()") {
-        true => example.to_owned(),
-        false => format!("fn main() {{\n{example}}}\n"),
+    let example = example.replace("\n# ", "\n");
+    let error = example.split_once("Ok::<(), ").and_then(|(_, end)| end.split(">(())").next());
+    match error {
+        _ if example.contains("fn main()") => example,
+        Some(error) => format!("fn main() -> Result<(), {error}> {{\n{example}}}\n"),
+        None => format!("fn main() {{\n{example}}}\n"),
     }
 }
 
