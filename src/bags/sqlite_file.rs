@@ -295,7 +295,7 @@ fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// Returns a URI of the file that tells SQLite that nobody changes the file. So SQLite uses no locks and writes no files.
+/// Returns a URI of the file with the parameter `immutable`: nobody changes the file, so SQLite uses no locks and writes no files.
 fn immutable(path: &Path) -> OsString {
     let plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"/._-".contains(byte);
     let escape = |byte: u8| if plain(&byte) { char::from(byte).to_string() } else { format!("%{byte:02x}") };

@@ -39,8 +39,8 @@ fn logc(rows: &[Paired]) -> &Paired {
 fn tasks_that_stall_at_a_limit_settle_where_the_arm_may_go_round() {
     let rows = switched(&study("panda", 8), Switch::Reconfigure);
     let logc = logc(&rows);
-    assert_eq!((logc.tasks.len(), logc.counts()[1], logc.alone()[0]), (8, 8, 0), "{logc:?}");
-    let [never, always] = [logc.counts()[0], logc.alone()[1]];
+    assert_eq!((logc.tasks.len(), logc.settled()[1], logc.alone()[0]), (8, 8, 0), "{logc:?}");
+    let [never, always] = [logc.settled()[0], logc.alone()[1]];
     assert!(always > 1 && never + always == 8 && logc.rest().is_empty(), "{logc:?}");
     let later = logc.later().unwrap();
     assert_eq!(later.value, 0.0, "what settles by itself does so in the same time");
@@ -56,14 +56,14 @@ fn tasks_that_stall_at_a_limit_settle_where_the_arm_may_go_round() {
 fn constraints_are_compared_on_the_same_tasks() {
     let rows = switched(&study("iiwa14", 24), Switch::Constraints);
     let logc = logc(&rows);
-    let ([off, on], [_, only_on]) = (logc.counts(), logc.alone());
+    let ([off, on], [_, only_on]) = (logc.settled(), logc.alone());
     assert!(on > off && only_on > 1, "{logc:?}");
     assert_eq!(logc.rest().values().sum::<usize>(), 24 - on);
     assert!(logc.rest().keys().all(|end| !end.contains(',')), "nothing else was looked for: {logc:?}");
     let through =
         |way: usize| rows.iter().flat_map(|row| &row.tasks).filter(move |both| both[way].through_itself);
     assert!(through(0).count() > 0 && through(1).count() == 0);
-    assert_eq!(logc.past_itself().counts()[1], on);
+    assert_eq!(logc.past_itself().settled()[1], on);
     let table = Paired::table(&rows, &Switch::Constraints.names()).markdown();
     assert!(table.contains("only false, only true"));
 }
@@ -80,11 +80,11 @@ fn a_way_through_the_arm_itself_may_be_left_out() {
         [end(None, true), end(None, true)],
     ];
     let all = Paired { law: "logc".to_owned(), arm: "ur5e".to_owned(), tasks };
-    assert_eq!((all.counts(), all.alone()), ([2, 2], [0, 0]));
+    assert_eq!((all.settled(), all.alone()), ([2, 2], [0, 0]));
     assert_eq!(all.rest().into_iter().collect::<Vec<_>>(), [("joint_limit", 1)]);
     assert_eq!(all.later().unwrap().value, 1.0);
     let past = all.past_itself();
-    assert_eq!((past.counts(), past.alone()), ([1, 1], [1, 1]));
+    assert_eq!((past.settled(), past.alone()), ([1, 1], [1, 1]));
     assert_eq!(past.rest().into_iter().collect::<Vec<_>>(), [("joint_limit", 1), ("through itself", 1)]);
     let table = Paired::table(&[past], &["off", "on"].map(str::to_owned)).markdown();
     let row = "| logc | ur5e | 3 | 33.3 [6.1, 79.2] | 33.3 [6.1, 79.2] | 1, 1 | p = 1.000 | - | 1 joint_limit; 1 through itself |\n";
@@ -107,12 +107,8 @@ fn the_first_task_of_each_committed_cell_ends_as_it_did() {
         [(Switch::Reconfigure, RECONFIGURE), (Switch::Constraints, CONSTRAINTS), (Switch::Posture, POSTURE)]
     {
         let committed = committed(file);
-        let mut names: Vec<&str> = Vec::new();
-        committed.cells.iter().for_each(|cell| {
-            if !names.contains(&&*cell.arm) {
-                names.push(&cell.arm)
-            }
-        });
+        let of_first_law = committed.cells.iter().filter(|cell| cell.law == Law::ALL[0].name());
+        let names: Vec<_> = of_first_law.map(|cell| &*cell.arm).collect();
         let arms = names.iter().map(|name| Arm::named(Path::new(name)).unwrap()).collect();
         let (laws, gains) = (Law::ALL.to_vec(), committed.gains.clone());
         let study = Study { arms, laws, tasks: 1, seed: committed.seed, gains };

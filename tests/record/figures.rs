@@ -205,16 +205,19 @@ fn plot_writes_its_figures_and_a_table_or_json() {
     let rows: Vec<serde_json::Value> = serde_json::from_str(&of_demo(&[&"--json"])).unwrap();
     assert_eq!((rows[0]["motion"].as_u64(), rows[0]["stalls"].as_f64()), (Some(1), Some(0.0)));
     of_demo(&[&"--csv"]);
-    let rows = |name: &str| {
+    let rows = |name: &str, second: &str| {
         let text = std::fs::read_to_string(out.join(name)).unwrap();
         let lines: Vec<_> = text.lines().map(|line| line.split(',').count()).collect();
-        assert!(text.starts_with("time [s],") && lines.iter().all(|count| *count == lines[0]), "{name}");
+        assert!(
+            text.starts_with(&format!("time [s],{second},")) && lines.iter().all(|count| *count == lines[0]),
+            "{name}"
+        );
         (lines.len() - 1, lines[0])
     };
     let run = only_run(Path::new(DEMO));
-    assert_eq!(rows("samples.csv"), (run.samples.len(), 1 + 6 + 6 + 7 + 1));
-    assert_eq!(rows("pose_error.csv"), (run.errors.len(), 3));
-    assert_eq!(rows("velocity_commands.csv"), (run.commands[0].velocities.len(), 7));
+    assert_eq!(rows("samples.csv", "position joint1"), (run.samples.len(), 1 + 6 + 6 + 7 + 1));
+    assert_eq!(rows("pose_error.csv", "distance from the goal [m]"), (run.errors.len(), 3));
+    assert_eq!(rows("velocity_commands.csv", "velocity joint1"), (run.commands[0].velocities.len(), 7));
     let before = std::fs::read(out.join("path.svg")).unwrap();
     let (code, _, refused) = dq_servo(&[&"plot", &other, &"--out", &out]);
     assert_eq!(code, Some(2));

@@ -50,7 +50,7 @@ impl Drivers {
 
 impl Chain {
     /// Returns a chain with the links of this chain, but with other joints, of the given `kinds`. There may be fewer joints than
-    /// links: entry i of `couplings` tells which joint moves link i, and how far.
+    /// links: entry i of `couplings` names the joint that moves link i, and says how far.
     ///
     /// If the joints are at `θ_a`, the links are at `θ = C θ_a + c`. The matrix C has the ratios of the couplings, the vector c the
     /// offsets. If this chain has the Jacobian J, the new chain has the Jacobian `J C`.

@@ -50,7 +50,7 @@ pub struct Paired {
 
 impl Paired {
     /// Returns the number of tasks that settle under each condition.
-    pub fn counts(&self) -> [usize; 2] {
+    pub fn settled(&self) -> [usize; 2] {
         [0, 1].map(|way| self.tasks.iter().filter(|both| both[way].settled.is_some()).count())
     }
 
@@ -63,14 +63,14 @@ impl Paired {
     }
 
     /// Counts the tasks that settle.
-    pub fn summary(&self) -> Counts {
+    pub fn counts(&self) -> Counts {
         Counts {
             law: self.law.clone(),
             arm: self.arm.clone(),
             tasks: self.tasks.len(),
-            settled: self.counts(),
+            settled: self.settled(),
             alone: self.alone(),
-            past_itself: self.past_itself().counts(),
+            past_itself: self.past_itself().settled(),
             sample: self.tasks.first().cloned(),
         }
     }
@@ -112,7 +112,7 @@ impl Paired {
     pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> Table {
         let row = |row: &Self| {
             let (tasks, [only_first, only_second]) = (row.tasks.len(), row.alone());
-            let shares = row.counts().map(|count| share(Interval::share(count, tasks, Z)));
+            let shares = row.settled().map(|count| share(Interval::share(count, tasks, Z)));
             let rest: Vec<_> = row.rest().iter().map(|(end, count)| format!("{count} {end}")).collect();
             let later = row.later().map_or("-".to_owned(), signed);
             let p = probability(sign_test(only_first, only_second));

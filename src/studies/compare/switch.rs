@@ -83,12 +83,7 @@ impl SwitchFindings {
     pub fn new(study: &Study, rows: &[Paired]) -> Self {
         let gains =
             study.gains.iter().filter(|gain| gain.matched == Matched::SettlingTime).cloned().collect();
-        Self {
-            tasks: study.tasks,
-            seed: study.seed,
-            gains,
-            cells: rows.iter().map(Paired::summary).collect(),
-        }
+        Self { tasks: study.tasks, seed: study.seed, gains, cells: rows.iter().map(Paired::counts).collect() }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Reconfiguration of a stalled motion: the arm moves to another configuration along a straight line in joint space. From there the
 //! law continues.
 //!
-//! A [`Search`] finds the joint positions of the other configuration. [`Servo::ask`] tells the search which goal to reach, and the
+//! A [`Search`] finds the joint positions of the other configuration. [`Servo::ask`] gives the search the goal to reach, and the
 //! caller runs the search. The result of the search is an event, like every input from the robot.
 
 use super::Servo;

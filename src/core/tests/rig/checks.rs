@@ -24,7 +24,7 @@ const STANDSTILL: f64 = 0.02;
 const KNOWN_WITHIN: Duration = Duration::from_millis(50);
 
 impl Rig {
-    /// Tells the model of consent which joint states the servo has received.
+    /// Passes the joint states that the servo has received to the model of consent.
     pub(super) fn observe(&mut self, arrived: &[Arrived]) {
         for state in arrived {
             for source in [Some(self.source), self.second_source].into_iter().flatten() {

@@ -30,7 +30,7 @@ fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
     }
 }
 
-/// Tells the servo that TF has the frame of the goal in force again, at its old pose.
+/// Reports to the servo that TF has the frame of the goal in force again, at its old pose.
 fn find(sim: &mut Sim) {
     let place = reading(&pose("theta_desired"), 0);
     sim.servo.move_goal(&GoalMotion::To(place), sim.now()).unwrap();
