@@ -1,6 +1,6 @@
 //! Tests the commands for an operator without ROS: goals with their own outcome, stopping, status, and parameters.
 
-use crate::host::{FAR, Host, assert_success, wait_for_line};
+use crate::host::{FAR, Host, assert_success, wait_for_line, wait_until};
 use dq_bags::Bag;
 use dq_runs::replay;
 use std::process::Output;
@@ -207,8 +207,11 @@ fn two_nodes_of_one_name_say_so() {
     let mut host = Host::with_servo();
     let second = host.start("second", &["servo"]);
     wait_for_line(second, "2 nodes are called /dq_servo: each needs a name of its own");
-    let listed = host.run(&["param", "get", "controller"]);
-    assert!(err(&listed).contains("2 nodes are called /dq_servo"), "{}", err(&listed));
+    // The first node may answer before the second one is found.
+    wait_until(|| {
+        let answered = host.run(&["param", "get", "controller"]);
+        err(&answered).contains("2 nodes are called /dq_servo").then_some(())
+    });
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn start() -> Vec<f64> {
 /// Waits until the file has the text.
 #[track_caller]
 pub fn wait_for_text(file: &str, text: &str) {
-    wait_until(30.0, || std::fs::read_to_string(file).unwrap().contains(text).then_some(()));
+    wait_until(|| std::fs::read_to_string(file).unwrap().contains(text).then_some(()));
 }
 
 /// Moves to the tool pose that `pose` prints, and records the motion.

@@ -239,7 +239,7 @@ impl Host {
             let mut words = line.split(|byte| *byte == 0).skip(1);
             words.next() == Some(subcommand.as_bytes()) && !words.any(|word| word == b"--help")
         };
-        wait_until(10.0, || {
+        wait_until(|| {
             let children = std::fs::read_to_string(&children).unwrap();
             children.split_whitespace().map(|child| child.parse().unwrap()).find(runs)
         })
@@ -249,7 +249,7 @@ impl Host {
     #[track_caller]
     pub fn wait(&mut self, name: &str) -> Option<i32> {
         let child = self.children.get_mut(name).unwrap();
-        wait_until(10.0, || child.try_wait().unwrap()).code()
+        wait_until(|| child.try_wait().unwrap()).code()
     }
 
     /// Returns the process `name`.
@@ -338,15 +338,18 @@ fn end_kindly(mut child: Child) {
     let _ = child.wait();
 }
 
-/// Waits up to `seconds` until `found` returns a value, and returns that value.
+/// How long a test waits for what must happen. Only a failing test waits so long.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Waits until `found` returns a value, and returns that value.
 #[track_caller]
-pub fn wait_until<T>(seconds: f64, mut found: impl FnMut() -> Option<T>) -> T {
-    let end = Instant::now() + Duration::from_secs_f64(seconds);
+pub fn wait_until<T>(mut found: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
     loop {
         if let Some(found) = found() {
             return found;
         }
-        assert!(Instant::now() < end, "not within {seconds} s");
+        assert!(Instant::now() < end, "not within {PATIENCE:?}");
         std::thread::sleep(Duration::from_millis(10));
     }
 }
@@ -356,7 +359,7 @@ pub fn wait_for_line(child: &mut Child, text: &str) {
     let log = BufReader::new(child.stderr.take().unwrap());
     let (sender, lines) = std::sync::mpsc::channel();
     std::thread::spawn(move || log.lines().map_while(Result::ok).for_each(|line| drop(sender.send(line))));
-    let end = Instant::now() + Duration::from_secs(30);
+    let end = Instant::now() + PATIENCE;
     loop {
         match lines.recv_timeout(end.saturating_duration_since(Instant::now())) {
             Ok(line) if line.contains(text) => return,

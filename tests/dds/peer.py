@@ -43,15 +43,19 @@ def writer(topic, kind):
     return DataWriter(PARTICIPANT, Topic(PARTICIPANT, f"rt/{topic}", kind), qos=RELIABLE)
 
 
-def wait(what, condition, seconds=20.0):
+# How long a test waits for what must happen [s]. Only a failing test waits so long; fake time tests how fast the nodes are.
+PATIENCE = 60.0
+
+
+def wait(what, condition):
     """Waits until the condition returns a true value, and returns it."""
-    end = time.monotonic() + seconds
+    end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         result = condition()
         if result:
             return result
         time.sleep(0.002)
-    raise TimeoutError(f"{what}: not within {seconds} s")
+    raise TimeoutError(f"{what}: not within {PATIENCE} s")
 
 
 def take(source):
@@ -199,7 +203,9 @@ def case_interrupt_twice(servo):
     seen = take(commands)
     assert any(seen[-1].data), "at 1 rad/s² it takes half a second"
     os.kill(servo, 2)
-    wait("zeros", lambda: (c := last(commands)) and not any(c.data), 0.3)
+    wait("zeros", lambda: seen.extend(take(commands)) or not any(seen[-1].data))
+    slowest = min(max(map(abs, c.data)) for c in seen if any(c.data))
+    assert slowest > 0.1, "without a ramp"
     time.sleep(0.3)
     assert all(not any(c.data) for c in take(commands))
     del goals
@@ -261,7 +267,7 @@ def case_framed_goals():
     begin = wait("a pose", lambda: last(poses)).pose.position
 
     def rejection(stamp, *parts):
-        report = wait(f"the rejection of {stamp}", lambda: rejected(motions, parts[0]), 5.0)
+        report = wait(f"the rejection of {stamp}", lambda: rejected(motions, parts[0]))
         assert report["goal_stamp"] == f"{stamp}.000000000" and all(part in report["why"] for part in parts), report
 
     goals.write(goal_seen_from("map", 0.0, 0.0, 0.0, ros.Time(7, 0)))
@@ -275,7 +281,7 @@ def case_framed_goals():
     assert apart(wait("a pose", lambda: last(poses)).pose.position, begin) < 1e-9, "nothing has moved"
 
     goals.write(goal_seen_from("table", 0.3, 0.1, -0.2))
-    wait("settled at the table's", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    wait("settled at the table's", lambda: (s := last(statuses)) and s.message == "settled")
     wait("the pose there", lambda: (p := last(poses)) and distance(p) < 1.1e-3)
     arrived = wait("its motion", lambda: next((s for s in take(motions) if values(s)["outcome"] == "arrived"), None))
     assert arrived.message.startswith("arrived in ") and values(arrived)["goal_frame"] == "table", arrived
@@ -288,13 +294,13 @@ def case_framed_goals():
     # The camera was at (0, 0.05, 0.5) then: the goal is 0.05 m before GOAL in x and z, and 0.05 m beyond it in y.
     g = GOAL.pose.position
     there = ros.Point(g.x - 0.05, g.y + 0.05, g.z - 0.05)
-    wait("the goal by the camera", lambda: (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3, 40)
+    wait("the goal by the camera", lambda: (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3)
     # A goal in the base frame replaces one that waits.
     goals.write(goal_seen_from("camera", 0.0, 0.0, 0.5, as_time(now + 600_000_000)))
     goals.write(GOAL)
     tf.write(transform("camera", 0.0, 0.0, 0.5, as_time(now + 900_000_000)))
-    wait("the goal in the base frame", lambda: (p := last(poses)) and distance(p) < 1.1e-3, 40)
-    status = wait("settled there", lambda: (s := last(statuses)) and s.message == "settled" and s, 10)
+    wait("the goal in the base frame", lambda: (p := last(poses)) and distance(p) < 1.1e-3)
+    status = wait("settled there", lambda: (s := last(statuses)) and s.message == "settled" and s)
     assert values(status)["rejected"] == "3", status
     del goals, tf_static
 
@@ -303,7 +309,7 @@ def case_late_table(milliseconds):
     """Publishes the position of the table with the given delay after each goal in its frame, until the process is ended."""
     goals, tf = reader("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
     while True:
-        goal = wait("a goal", lambda: next((g for g in take(goals) if g.header.frame_id == "table"), None), 60.0)
+        goal = wait("a goal", lambda: next((g for g in take(goals) if g.header.frame_id == "table"), None))
         time.sleep(milliseconds / 1e3)
         # Around the goal's stamp, and once more for later lookups.
         at = goal.header.stamp.sec * 10**9 + goal.header.stamp.nanosec
@@ -332,7 +338,7 @@ def case_followed_goal():
 
     told(0.0)
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
-    wait("settled", lambda: told(0.0) or (s := last(statuses)) and s.message == "settled", 40)
+    wait("settled", lambda: told(0.0) or (s := last(statuses)) and s.message == "settled")
     count = values(wait("a status", lambda: last(statuses)))["goal_count"]
     began, lags = time.monotonic(), []
     while (passed := time.monotonic() - began) < 5.0:
@@ -343,19 +349,19 @@ def case_followed_goal():
     # The law alone at 1 1/s would lag by 50 mm then.
     assert lags and abs(sum(lags) / len(lags)) < 0.015, lags
     assert last(statuses).message == "tracking"
-    lost = wait("the loss", lambda: next((s for s in take(statuses) if s.message == "stale_goal"), None), 3.0)
+    lost = wait("the loss", lambda: next((s for s in take(statuses) if s.message == "stale_goal"), None))
     assert "TF no longer has the goal's frame" in values(lost)["reason"], lost
     end = 0.05 * passed
-    wait("settled again", lambda: told(end) or (s := last(statuses)) and s.message == "settled", 20)
+    wait("settled again", lambda: told(end) or (s := last(statuses)) and s.message == "settled")
     pose = wait("a pose", lambda: last(poses)).pose.position
     assert apart(pose, ros.Point(g.x, g.y + end, g.z)) < 2.1e-3, pose
     status = wait("a status", lambda: last(statuses))
     assert (values(status)["goal_count"], values(status)["rejected"]) == (count, "0"), status
     tool = goal_seen_from("tool0", 0.0, 0.0, 0.0)
     motions = reader("dq_servo/motions", ros.DiagnosticStatus)
-    wait("the tool's refusal", lambda: goals.write(tool) or time.sleep(0.2) or rejected(motions, "moves with the tool"), 10.0)
+    wait("the tool's refusal", lambda: goals.write(tool) or time.sleep(0.2) or rejected(motions, "moves with the tool"))
     goals.write(GOAL)
-    wait("a goal in the base frame", lambda: (p := last(poses)) and distance(p) < 1.1e-3, 20)
+    wait("a goal in the base frame", lambda: (p := last(poses)) and distance(p) < 1.1e-3)
     told(0.3)
     time.sleep(0.5)
     assert distance(wait("a pose", lambda: last(poses))) < 1.1e-3, "the frame has no goal any more"
@@ -372,7 +378,7 @@ def case_waiting_goals():
     def follows(y):
         told = lambda: tf.write(transform("cup", 0.0, y, 0.5, as_time(time.time_ns()))) or time.sleep(0.02)
         there = ros.Point(GOAL.pose.position.x, GOAL.pose.position.y + y, GOAL.pose.position.z)
-        wait("the goal by the cup", lambda: told() or (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3, 20)
+        wait("the goal by the cup", lambda: told() or (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3)
 
     def trigger(node, service):
         assert call(node, service, ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
@@ -382,9 +388,9 @@ def case_waiting_goals():
         time.sleep(0.1)
         by()
         # If the frame arrived before the revocation, the goal would be in force, and revoked instead of rejected.
-        wait("the revocation", lambda: (s := last(statuses)) and values(s).get("revoked_by") == name, 3.0)
+        wait("the revocation", lambda: (s := last(statuses)) and values(s).get("revoked_by") == name)
         tf.write(transform(frame, 0.0, 0.0, 0.5, as_time(time.time_ns())))
-        wait("the rejection", lambda: rejected(motions, why), 3.0)
+        wait("the rejection", lambda: rejected(motions, why))
 
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.0)
@@ -396,7 +402,7 @@ def case_waiting_goals():
     take(motions)
     # Only the last rejection of a publisher is reported, so this goal is repeated until the others have waited long enough.
     repeated = lambda: goals.write(GOAL) or time.sleep(0.1) or rejected(motions, "~/stop was called")
-    wait("the rejection of a stream", repeated, 3.0)
+    wait("the rejection of a stream", repeated)
     time.sleep(1.6)  # What goes on after a stop asks for nothing.
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.05)
@@ -429,8 +435,8 @@ def case_jog():
         seen |= {(status.message, rules(status)) for status in take(statuses)}
     jogged = time.time() - started
     assert ("jogging", "twist") in seen, seen
-    wait("the end", lambda: (s := last(statuses)) and s.message == "holding" and rules(s) == "none", 2.0)
-    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
+    wait("the end", lambda: (s := last(statuses)) and s.message == "holding" and rules(s) == "none")
+    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity))
     time.sleep(0.3)
     end = wait("a pose", lambda: last(poses)).pose.position
     assert 0.05 < end.z - begin.z < 0.05 * jogged + 0.02, (begin, end, jogged)
@@ -463,9 +469,9 @@ def case_wrench():
         assert felt("contact_force_n", 20.0) in (None, 0.0), "TF does not have the frame yet"
     mount = ros.Transform(ros.Vector3(0.1, 0.0, 0.0), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
     tf_static.write(ros.TFMessage([ros.TransformStamped(ros.Header(ros.Time(), "tool0"), "ft_sensor", mount)]))
-    wait("the wrench at the tool", lambda: (torque := felt("contact_torque_nm", 11.0)) and abs(torque - 1.1) < 1e-6)
+    wait("the wrench at the tool", lambda: (torque := felt("contact_torque_nm")) and abs(torque - 1.1) < 1e-6)
     goals = send_goal()
-    wait("the goal to yield by 10 N at 500 N/m", lambda: (far := felt("yielded_m", 11.0)) and abs(far - 0.02) < 2e-4)
+    wait("the goal to yield by 10 N at 500 N/m", lambda: (far := felt("yielded_m")) and abs(far - 0.02) < 2e-4)
     wait("the sensor's silence to be noticed", lambda: (s := last(statuses)) and s.message == "stale_wrench")
     del goals, tf_static
 
@@ -478,8 +484,8 @@ def case_speed_scaling():
     goals = send_goal()
     for told, factor in ((20.0, 0.2), (0.5, 0.5)):
         says = lambda: scaling.write(ros.Float64(told)) or (s := last(statuses)) and float(values(s)["speed_factor"]) == factor
-        wait("the factor", says, 2.0)
-    wait("the measured factor", lambda: (s := last(statuses)) and float(values(s)["speed_factor"]) > 0.5, 3.0)
+        wait("the factor", says)
+    wait("the measured factor", lambda: (s := last(statuses)) and float(values(s)["speed_factor"]) > 0.5)
     wait("settled", lambda: (s := last(statuses)) and s.message == "settled")
     del goals
 
@@ -491,7 +497,7 @@ def case_unheard():
     goals = send_goal()
     moving(states)
     assert call("dq_servo", "stop", ros.TRIGGER, True, structure_needs_at_least_one_member=0).success
-    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity), 2.0)
+    wait("a standstill", lambda: (s := last(states)) and not any(s.velocity))
     pid = os.getpid()
     subprocess.run(["sh", "-c", f"kill -STOP {pid}; sleep 6; kill -CONT {pid}"], check=True)
     time.sleep(0.5)
@@ -520,7 +526,7 @@ def case_simulated_time():
             stamp = wait("a message", lambda: last(source)).header.stamp
             assert abs(stamp.sec + 1e-9 * stamp.nanosec - now) < 0.5, (stamp, now)
         assert wait("a status", lambda: last(statuses)).message in ("tracking", "settled")
-    wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled")
     # The simulation restarts five seconds earlier. The camera's poses from before the restart do not count.
     tf = writer("tf", ros.TFMessage)
     wait_matched(tf)
@@ -579,7 +585,7 @@ def case_dual():
         goals.write(ros.PoseStamped(ros.Header(frame_id="left/tool0"), ros.Pose(point, pose.pose.orientation)))
         time.sleep(0.3)  # The settled of the goal before must not be taken for this one's.
         take(statuses)
-        wait(f"settled with {primitive}", lambda: settled(primitive), 40.0)
+        wait(f"settled with {primitive}", lambda: settled(primitive))
     now = wait("a pose", lambda: last(poses)).pose.position
     assert max(abs(now.x - p.x - 0.12), abs(now.y - p.y + 0.12), abs(now.z - p.z - 0.12)) < 1.1e-3, now
     for kept in seen:
@@ -652,7 +658,7 @@ def case_pictures():
     at_rest = {m.ns: m for m in wait("markers", lambda: last(markers)).markers}
     assert at_rest["goal"].action == 2 and at_rest["tool"].action == 0, "no goal yet, but a tool"
     goals = send_goal()
-    wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled")
     last(markers), last(paths)
     seen = {m.ns: m for m in wait("markers", lambda: last(markers)).markers}
     assert sorted(seen) == ["closest", "frames", "goal", "path", "tool"], seen
@@ -684,7 +690,7 @@ def case_pictures():
         hand.write(ros.InteractiveMarkerFeedback(ros.Header(frame_id="base_link"), "rviz", "goal", "move_z", event, pose))
     sent = wait("the goal on goal_pose", lambda: last(heard))
     assert sent.pose == pose and sent.header.frame_id == "base_link", sent
-    wait("the arm at the dragged goal", lambda: (p := last(poses)) and distance(p) < 1.1e-3, 40)
+    wait("the arm at the dragged goal", lambda: (p := last(poses)) and distance(p) < 1.1e-3)
     del goals
 
 
@@ -764,10 +770,10 @@ def case_keep_out():
     set_parameter("dq_servo", "constraints", True)
     wait("not idle", lambda: not_obeyed() == "")
     goals = send_goal()
-    status = wait("constrained", lambda: (s := last(statuses)) and s.message == "constrained" and s, 40)
+    status = wait("constrained", lambda: (s := last(statuses)) and s.message == "constrained" and s)
     assert "ball/1" in values(status)["reason"], status
     other.write(ros.MarkerArray([ros.Marker(action=3)]))
-    wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled")
     del goals
 
 
@@ -819,7 +825,7 @@ def case_hear_goal():
     """Subscribes before a goal is sent, and receives it."""
     goals = reader("goal_pose", ros.PoseStamped)
     print("listening", flush=True)
-    goal = wait("a goal", lambda: last(goals), 40.0)
+    goal = wait("a goal", lambda: last(goals))
     assert goal.pose.position.x == -0.125, goal
 
 

@@ -20,7 +20,7 @@ fn recording(host: &mut Host, more: &[&str]) -> (TempDir, PathBuf) {
 /// Waits until a bag that is being written has messages of the topic for `seconds`.
 #[track_caller]
 pub fn wait_for(bag: &Path, topic: &str, seconds: f64) {
-    wait_until(60.0, || (bag.exists() && span(&messages(bag, topic)) >= seconds).then_some(()));
+    wait_until(|| (bag.exists() && span(&messages(bag, topic)) >= seconds).then_some(()));
 }
 
 fn messages(bag: &Path, topic: &str) -> Vec<BagMessage> {
@@ -289,7 +289,7 @@ fn a_recorder_whose_summary_is_not_read_finishes_its_bag_and_ends_at_the_next_si
     host.start_writing_to("recorder", &["record", "--out", path.to_str().unwrap()], held);
     wait_for(&path, "/joint_states", 0.5);
     host.signal("recorder", "QUIT");
-    wait_until(20.0, || summary(&path).1.is_empty().then_some(()));
+    wait_until(|| summary(&path).1.is_empty().then_some(()));
     host.shell("sleep 0.2");
     host.signal("recorder", "TERM");
     assert_eq!(host.wait("recorder"), Some(1));

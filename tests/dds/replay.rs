@@ -305,7 +305,7 @@ fn a_record_that_begins_in_motion_replays_from_there_on() {
     host.record(&bag);
     crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
     assert_eq!(state(&host).0, "tracking", "the motion goes on as if nobody recorded");
-    crate::host::wait_until(20.0, || (state(&host).0 == "settled").then_some(()));
+    crate::host::wait_until(|| (state(&host).0 == "settled").then_some(()));
     assert_success(&host.run(&["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1"]));
     assert_eq!(host.interrupt("recorder").0, Some(0));
     let servo = replayed(&bag);

@@ -19,15 +19,15 @@ def case_stale(spoil, reason=""):
     robot, goals = robot_in_motion()
     robot.spoil = getattr(spoilt, spoil)
     begin = time.monotonic()
-    wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
+    wait("stale_state", lambda: STATUS.is_("stale_state"))
     standing()
-    assert time.monotonic() - begin < 0.6, "state_timeout 0.1 s, deceleration 0.1 s, and a machine that others use too"
+    assert time.monotonic() - begin < SOON
     # Soon, because after a longer absence the goal would have to be sent again.
     robot.spoil = spoilt.honest
     settled()
     if reason:
         assert STATUS.number("rejected") > 0 and reason in STATUS.values().get("last_rejection", ""), STATUS.told()
-        wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.non_finite") > 0, 3.0)
+        wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.non_finite") > 0)
     del goals
 
 
@@ -42,7 +42,7 @@ def case_held():
     run(0.5)
     assert abs(SENT.newest()[1] - 0.06) < 0.01, SENT.newest()
     robot.spoil = spoilt.silent
-    wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
+    wait("stale_state", lambda: STATUS.is_("stale_state"))
     standing()
     del goals
 
@@ -63,10 +63,10 @@ def case_never_change():
     again."""
     robot, goals = robot_in_motion()
     robot.spoil = spoilt.Frozen()
-    wait("not_following", lambda: STATUS.is_("not_following"), 1.0)
+    wait("not_following", lambda: STATUS.is_("not_following"))
     assert "does not follow: contact?" in STATUS.values()["reason"], STATUS.told()
     standing()
-    wait("not_obeyed", lambda: STATUS.values().get("revoked_by") == "not_obeyed", 3.0)
+    wait("not_obeyed", lambda: STATUS.values().get("revoked_by") == "not_obeyed")
     robot.position = list(robot.spoil.position)
     robot.spoil = spoilt.honest
     begin, fastest = time.monotonic(), 0.0
@@ -100,12 +100,12 @@ def case_two_robots():
     other.position = [0.3] * 6
     other.commands = Still()
     FOLLOWED.append(other)
-    wait("holding", lambda: STATUS.is_("holding") and "two publishers" in STATUS.values().get("reason", ""), 3.0)
+    wait("holding", lambda: STATUS.is_("holding") and "two publishers" in STATUS.values().get("reason", ""))
     standing()
     reason = STATUS.values()["reason"]
     # These participants are not ROS 2 nodes, so only their GUIDs name them.
     assert reason.count("an unknown node (") == 2 and "/joint_states" in reason and STATUS.newest.level == 1, reason
-    wait("the diagnostics", lambda: "two publishers" in DIAGNOSTICS.message(SERVO), 3.0)
+    wait("the diagnostics", lambda: "two publishers" in DIAGNOSTICS.message(SERVO))
     FOLLOWED.remove(other)
     run(1.5)
     assert STATUS.is_("holding") and SENT.speed() == 0.0 and "send a goal again" in STATUS.values()["reason"], STATUS.told()
@@ -128,8 +128,8 @@ def case_million():
     wait_matched(stranger)
     names = [f"j{i}" for i in range(10**6)] + spoilt.JOINTS
     stranger.write(ros.JointState(ros.Header(), names, [0.0] * len(names), []))
-    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.malformed") == 1, 10.0)
-    wait("the reason", lambda: "more than 100000" in STATUS.values().get("last_rejection", ""), 3.0)
+    wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.malformed") == 1)
+    wait("the reason", lambda: "more than 100000" in STATUS.values().get("last_rejection", ""))
     del stranger
     # Meanwhile the robot was absent: writing this state takes seconds here.
     again(goals)

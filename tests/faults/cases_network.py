@@ -8,7 +8,7 @@ from watch import *
 def case_arrive():
     """The arm arrives in spite of the bad network."""
     goals = send_goal()
-    settled(40.0)
+    settled()
     del goals
 
 
@@ -18,7 +18,7 @@ def case_partition(relay_pid):
     goals = send_goal()
     moving()
     os.kill(int(relay_pid), signal.SIGUSR1)
-    wait("stale_state", lambda: STATUS.is_("stale_state"), 2.0)
+    wait("stale_state", lambda: STATUS.is_("stale_state"))
     standing()
     run(3.0)
     assert STATUS.is_("stale_state"), STATUS.told()
@@ -26,7 +26,7 @@ def case_partition(relay_pid):
     wait("holding", lambda: STATUS.is_("holding"))
     assert "away" in STATUS.values()["reason"] and SENT.speed() == 0.0, STATUS.told()
     goals.write(GOAL)
-    settled(40.0)
+    settled()
 
 
 def case_cable_out(relay_pid):
@@ -40,7 +40,7 @@ def case_cable_out(relay_pid):
     goals.write(GOAL)
     run(2.0)
     os.kill(int(relay_pid), signal.SIGUSR1)
-    wait("the late goal", lambda: DIAGNOSTICS.number(SERVO, "rejected.late") == 1, 10.0)
+    wait("the late goal", lambda: DIAGNOSTICS.number(SERVO, "rejected.late") == 1)
     assert "by its sender's clock" in STATUS.values()["last_rejection"], STATUS.told()
     run(0.3)
     assert STATUS.values()["goal_count"] == "0" and STATUS.is_("holding"), STATUS.told()
@@ -60,7 +60,7 @@ def case_clock_back(file):
     wait("the right time", lambda: (offset := stamp()) is not None and abs(offset) < 5)
     with open(file, "w", encoding="utf-8") as out:
         out.write("-3600\n")
-    wait("an hour ago", lambda: (offset := stamp()) is not None and -3700 < offset < -3500, 5.0)
+    wait("an hour ago", lambda: (offset := stamp()) is not None and -3700 < offset < -3500)
     settled()
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(-0.1, 0.2, 0.25), GOAL.pose.orientation)))
-    wait("the next motion", lambda: STATUS.is_("settled") and not at_goal(), 30.0)
+    wait("the next motion", lambda: STATUS.is_("settled") and not at_goal())

@@ -15,7 +15,7 @@ def case_kill(servo):
     wait("motion", lambda: states.speed() > 0.3)
     run(0.2)  # The record comes 0.1 s later than the commands.
     os.kill(int(servo), signal.SIGKILL)
-    assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0, 2.0) < 0.6
+    assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0) < SOON
     before = states.newest.position
     run(0.3)
     assert states.newest.position == before
@@ -28,9 +28,9 @@ def case_plant_gone(plant):
     moving()
     os.kill(int(plant), signal.SIGKILL)
     begin = time.monotonic()
-    wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
+    wait("stale_state", lambda: STATUS.is_("stale_state"))
     standing()
-    assert time.monotonic() - begin < 0.6
+    assert time.monotonic() - begin < SOON
     run(1.2)  # Longer than rearm_timeout.
     del goals
 
@@ -61,7 +61,7 @@ def case_left_over(servo, recorder):
     wait("the servo's end", lambda: matched(goals) == 1)
     STATUS.newest = None
     wait("another servo", lambda: matched(goals) == 2 and STATUS.is_("holding"))
-    wait("the goal of before", lambda: DIAGNOSTICS.number(SERVO, "rejected.late") == 1, 5.0)
+    wait("the goal of before", lambda: DIAGNOSTICS.number(SERVO, "rejected.late") == 1)
     run(0.5)
     assert STATUS.is_("holding") and STATUS.values()["goal_count"] == "0", STATUS.told()
     goals.write(GOAL)
@@ -81,7 +81,7 @@ def case_frozen_servo(servo):
     wait("motion", lambda: states.speed() > 0.3)
     run(0.2)  # The record comes 0.1 s later than the commands.
     os.kill(int(servo), signal.SIGSTOP)
-    assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0, 2.0) < 0.6
+    assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0) < SOON
     run(0.5)
     os.kill(int(servo), signal.SIGCONT)
     run(1.0)
@@ -98,24 +98,29 @@ def case_starved(servo):
     os.sched_setaffinity(0, others)
     for thread in os.listdir(f"/proc/{servo}/task"):
         os.sched_setaffinity(int(thread), [core])
+    busy = [subprocess.Popen([sys.executable, "-c", BUSY, str(core)], stdin=subprocess.PIPE, stdout=subprocess.PIPE) for _ in range(2)]
+    assert all(process.stdout.readline() == b"ready\n" for process in busy)
     goals = send_goal()
-    for _ in range(2):
-        wait("motion", lambda: states.speed() > 0.2)
-        busy = subprocess.Popen([sys.executable, "-c", BUSY, str(core)])
-        wait("a standstill", lambda: states.speed() == 0.0, 2.0)
+    for process in busy:
+        wait("motion", lambda: states.speed() > 0.3)
+        process.stdin.close()
+        wait("a standstill", lambda: states.speed() == 0.0)
         sent = len(SENT.kept)
-        # A command that the servo gave to DDS before it lost the core may arrive now.
-        wait("commands", lambda: len(SENT.kept) > sent + 2)
-        assert max(map(abs, SENT.kept[sent + 1][1])) < 0.21, SENT.kept[sent:]  # 50 rad/s² in two periods of 2 ms
-        assert busy.wait() == 0
+        # Commands that the servo gave to DDS before it lost the core may arrive first.
+        wait("commands", lambda: len(SENT.kept) > sent + 20)
+        slowest = min(max(map(abs, command)) for _, command in SENT.kept[sent:])
+        assert slowest < 0.21, SENT.kept[sent:]  # 50 rad/s² in two periods of 2 ms
+        assert process.wait() == 0
     settled()
     del goals
 
 
-# Takes a core from all processes without a higher real-time priority.
+# Takes a core from all processes without a higher real-time priority, as soon as its input ends.
 BUSY = """
 import os, sys, time
 os.sched_setaffinity(0, [int(sys.argv[1])])
+print("ready", flush=True)
+sys.stdin.read()
 os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
 end = time.monotonic() + 0.5
 while time.monotonic() < end: pass
@@ -127,7 +132,7 @@ def case_frozen_plant(plant):
     goals = send_goal()
     moving()
     os.kill(int(plant), signal.SIGSTOP)
-    wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
+    wait("stale_state", lambda: STATUS.is_("stale_state"))
     standing()
     run(1.2)  # Longer than rearm_timeout.
     os.kill(int(plant), signal.SIGCONT)
@@ -162,14 +167,14 @@ def case_stop_and_end(servo):
     moving()
     os.kill(int(servo), signal.SIGTERM)
     standing()
-    wait("a standstill", lambda: states.speed() == 0.0, 1.0)
+    wait("a standstill", lambda: states.speed() == 0.0)
     del goals
 
 
 def guarded():
     """The servo detects its guard, and no node takes the guard for a second servo."""
-    wait("the guard", lambda: STATUS.values().get("guard") == "watching", 5.0)
-    wait("diagnostics", lambda: SERVO in DIAGNOSTICS.by_name and PLANT in DIAGNOSTICS.by_name, 5.0)
+    wait("the guard", lambda: STATUS.values().get("guard") == "watching")
+    wait("diagnostics", lambda: SERVO in DIAGNOSTICS.by_name and PLANT in DIAGNOSTICS.by_name)
     run(1.2)
     for name in (SERVO, PLANT):
         assert "publishers" not in DIAGNOSTICS.message(name), DIAGNOSTICS.message(name)
@@ -189,10 +194,10 @@ def case_guarded_kill(servo):
     assert not of_guards()
     killed = time.time_ns()
     os.kill(int(servo), signal.SIGKILL)
-    wait("a standstill", lambda: states.speed() == 0.0, 2.0)
+    wait("a standstill", lambda: states.speed() == 0.0)
     # The robot's clock counts: when the robot received the guard's command, not when that is observed here.
     took = (states.stood - killed) * 1e-9
-    assert 0.05 < took < GUARDED, took
+    assert 0.05 < took < SOON, took
     before = states.newest.position
     run(1.5)
     assert states.newest.position == before
@@ -203,10 +208,6 @@ def case_guarded_kill(servo):
     del goals
 
 
-# 0.15 s, plus what other processes may take of the cores meanwhile [s]; tests/benches/guard.py measures the actual time.
-GUARDED = 0.3
-
-
 def case_guarded_positions(servo):
     """The same for an arm that takes positions: it is held at its current position, which is the last one it was sent."""
     PLACES.start()
@@ -214,7 +215,7 @@ def case_guarded_positions(servo):
     goals = send_goal()
     wait("motion", lambda: PLACES.states.speed() > 0.3)
     os.kill(int(servo), signal.SIGKILL)
-    wait("the guard", lambda: PLACES.of_guards(), 2.0)
+    wait("the guard", lambda: PLACES.of_guards())
     run(0.5)
     held = PLACES.of_guards()
     assert all(command == held[0] for command in held), "one place"
@@ -292,7 +293,7 @@ def case_guard_killed(guard):
     """The guard is killed: the servo logs a warning and continues."""
     guarded()
     os.kill(int(guard), signal.SIGKILL)
-    wait("the warning", lambda: "guard is gone" in DIAGNOSTICS.message(SERVO), 5.0)
+    wait("the warning", lambda: "guard is gone" in DIAGNOSTICS.message(SERVO))
     assert STATUS.values()["guard"] == "gone" and DIAGNOSTICS.by_name[SERVO].level == 1
     goals = send_goal()
     settled()

@@ -18,17 +18,17 @@ from watch import *
 def case_rival():
     """A second publisher of commands: servo and plant both report it, until it is gone."""
     said = lambda name: "2 publishers on /forward_velocity_controller/commands" in DIAGNOSTICS.message(name)
-    wait("diagnostics", lambda: DIAGNOSTICS.message(SERVO) and DIAGNOSTICS.message(PLANT), 5.0)
+    wait("diagnostics", lambda: DIAGNOSTICS.message(SERVO) and DIAGNOSTICS.message(PLANT))
     assert not said(SERVO) and not said(PLANT)
     stranger = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
     rival = DataWriter(stranger, Topic(stranger, f"rt/{COMMANDS}", ros.Float64MultiArray), qos=RELIABLE)
     wait_matched(rival)
     rival.write(ros.Float64MultiArray(ros.MultiArrayLayout([ros.MultiArrayDimension(RIVAL)]), [0.0] * 6))
-    wait("the servo's report", lambda: said(SERVO), 5.0)
-    wait("the plant's report", lambda: said(PLANT), 5.0)
+    wait("the servo's report", lambda: said(SERVO))
+    wait("the plant's report", lambda: said(PLANT))
     assert DIAGNOSTICS.by_name[SERVO].level == 1 and DIAGNOSTICS.by_name[PLANT].level == 1
     del rival, stranger
-    wait("the end of it", lambda: not said(SERVO) and not said(PLANT), 15.0)
+    wait("the end of it", lambda: not said(SERVO) and not said(PLANT))
 
 
 def case_two_servos():
@@ -42,7 +42,7 @@ def case_two_servos():
     named = lambda text: "command one arm" in text and all(f"/{name} (" in text for name in ("dq_servo", "other"))
     revoked = lambda told: told.get("revoked_by") == "two_publishers" and named(told.get("reason", ""))
     holds = lambda servo: servo.is_("holding") and servo.newest.level == 1 and revoked(servo.values())
-    wait("the rivalry", lambda: any(map(holds, servos)), 10.0)
+    wait("the rivalry", lambda: any(map(holds, servos)))
     run(2.0)
     before = len(SENT.kept)
     run(1.5)
@@ -57,7 +57,7 @@ def case_two_servos():
 
 def case_two_plants():
     """Two plants publish the states of the same joints: a goal moves neither, and both are named."""
-    wait("both named", lambda: all(f"/{name} (" in STATUS.values().get("reason", "") for name in ("puma560", "forgotten")), 10.0)
+    wait("both named", lambda: all(f"/{name} (" in STATUS.values().get("reason", "") for name in ("puma560", "forgotten")))
     goals = send_goal()
     # The servo refuses the goal, or takes it between two checks for other publishers, and holds.
     wait("the goal heard", lambda: STATUS.number("goal_count") + STATUS.number("rejected") > 0)
@@ -107,12 +107,12 @@ def case_bad_subscribers():
         children[0].send_signal(signal.SIGSTOP)
         before = len(SENT.kept)
         goals = send_goal()
-        wait("more commands than there is room for", lambda: len(SENT.kept) > before + ROOM + 500, 60.0)
+        wait("more commands than there is room for", lambda: len(SENT.kept) > before + ROOM + 500)
         settled()
         run(1.5)
         assert DIAGNOSTICS.number(SERVO, "commands_dropped") == 0
         goals.write(ros.PoseStamped(ros.Header(), ros.Pose(ros.Point(-0.1, 0.2, 0.25), GOAL.pose.orientation)))
-        wait("the next motion", lambda: STATUS.is_("settled") and not at_goal(), 30.0)
+        wait("the next motion", lambda: STATUS.is_("settled") and not at_goal())
     finally:
         for child in children:
             child.kill()
@@ -129,7 +129,7 @@ def case_parameters():
     wait_matched(back)
     # The server must have matched our reader too, which nothing here can see until a request is answered. An empty one has no results.
     answered = lambda: out.write(request(client=1, sequence_number=0, parameters=[])) or time.sleep(0.1) or take(back)
-    wait("a first answer", answered, 5.0)
+    wait("a first answer", answered)
     goals, results, number = send_goal(), [], 0
     moving()
     begin = time.monotonic()
@@ -146,7 +146,7 @@ def case_parameters():
         poll()
         results += [result for reply in take(back) for result in reply.results]
         time.sleep(0.0005)
-    wait("the last answers", lambda: results.extend(r for reply in take(back) for r in reply.results) or len(results) == 3 * number, 5.0)
+    wait("the last answers", lambda: results.extend(r for reply in take(back) for r in reply.results) or len(results) == 3 * number)
     # A busy machine answers fewer.
     assert number >= 100 and all(result.successful for result in results), (number, results[:3])
     set_parameter("controller", type=4, string_value="logc")

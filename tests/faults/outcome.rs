@@ -35,7 +35,7 @@ pub fn run_at(rate: u32, host: &Host, case: &str, arguments: &[&str]) {
     let path = commands.path().to_str().unwrap();
     host.peer(&[&[case, path], arguments].concat());
     let count = check_commands(&std::fs::read_to_string(path).unwrap(), Duration::from_secs(1) / rate);
-    assert!(count > 0 || WITHOUT_COMMANDS.contains(&case), "no commands were check");
+    assert!(count > 0 || WITHOUT_COMMANDS.contains(&case), "no commands were checked");
 }
 
 /// Runs a case with servo and plant on one host. The memory of both must not grow.

@@ -47,7 +47,7 @@ fn a_cycle_that_may_have_real_time_has_it_and_its_memory_is_locked() {
         wait_for_line(host.start(node, &[&[node], &PRIORITY[..]].concat()), ready);
         let (pid, thread) = (host.pid(node), if node == "puma560" { "plant" } else { node });
         // Some nodes log before their thread has started.
-        wait_until(10.0, || (locked_memory(pid) > 0).then_some(()));
+        wait_until(|| (locked_memory(pid) > 0).then_some(()));
         const FIFO: u32 = 1;
         let expected = [("RustDDS Partici", 39), ("RustDDS discove", 39), (thread, 40)];
         let expected = expected.map(|(name, priority)| (name.to_owned(), FIFO, priority));

@@ -64,7 +64,7 @@ impl Site {
     }
 
     fn wait_for(&self, topic: &str) {
-        wait_until(30.0, || messages(&self.bag, topic).pop());
+        wait_until(|| messages(&self.bag, topic).pop());
     }
 
     /// Runs a command with the keys of `enclave`.
