@@ -41,7 +41,7 @@ def killed(states, goal):
         begin = time.time_ns()
     finally:
         servo.send_signal(signal.SIGKILL)
-    wait("a standstill", lambda: states.speed() == 0.0, 5.0)
+    wait("a standstill", lambda: states.speed() == 0.0)
     for process in servo, sender:
         process.kill()
         process.wait()

@@ -469,9 +469,9 @@ def case_wrench():
         assert felt("contact_force_n", 20.0) in (None, 0.0), "TF does not have the frame yet"
     mount = ros.Transform(ros.Vector3(0.1, 0.0, 0.0), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
     tf_static.write(ros.TFMessage([ros.TransformStamped(ros.Header(ros.Time(), "tool0"), "ft_sensor", mount)]))
-    wait("the wrench at the tool", lambda: (torque := felt("contact_torque_nm")) and abs(torque - 1.1) < 1e-6)
+    wait("the wrench at the tool", lambda: (torque := felt("contact_torque_nm", 11.0)) and abs(torque - 1.1) < 1e-6)
     goals = send_goal()
-    wait("the goal to yield by 10 N at 500 N/m", lambda: (far := felt("yielded_m")) and abs(far - 0.02) < 2e-4)
+    wait("the goal to yield by 10 N at 500 N/m", lambda: (far := felt("yielded_m", 11.0)) and abs(far - 0.02) < 2e-4)
     wait("the sensor's silence to be noticed", lambda: (s := last(statuses)) and s.message == "stale_wrench")
     del goals, tf_static
 
@@ -540,7 +540,7 @@ def case_simulated_time():
     g = GOAL.pose.position
     there = ros.Point(g.x, g.y + 0.05, g.z)
     wait("settled by the camera", lambda: (s := last(statuses)) and s.message == "settled"
-         and (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3, 20)
+         and (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3)
     del goals
 
 
