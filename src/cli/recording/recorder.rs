@@ -126,8 +126,11 @@ struct Delivery {
 }
 
 impl Delivery {
-    /// The presumed QoS of topics that have no publisher yet: the default of ROS 2's publishers.
-    const PRESUMED: Self = Self { reliable: true, transient_local: false };
+    /// Returns the presumed QoS of a topic that has no publisher yet: as its subscribers request, otherwise the default of ROS 2's
+    /// publishers. A wrong presumption costs a second subscription, and in a secured graph RustDDS 0.15.1 delivers nothing to it.
+    fn presumed(topic: &GraphTopic) -> Self {
+        Self { reliable: true, transient_local: topic.is_requested_latched }
+    }
 
     /// Returns the strictest QoS that all publishers offer; `None` without a publisher.
     fn of(offered: &[OfferedQos]) -> Option<Self> {
@@ -149,8 +152,10 @@ impl Delivery {
 
 /// A topic's subscription, and the task that reads the subscription. Both end when this value is dropped.
 struct Receiving {
-    /// The QoS of the subscription; `None` until a publisher appears.
-    delivery: Option<Delivery>,
+    /// The QoS of the subscription.
+    delivery: Delivery,
+    /// Whether a publisher has appeared, so that the bag has the topic.
+    has_publisher: bool,
     message: String,
     sequences: Sequences,
     _task: JoinSet<()>,
@@ -193,40 +198,34 @@ impl Watcher {
             ));
         }
         let offered = Delivery::of(&topic.offered);
-        let current = self.receiving.get(name).map(|receiving| receiving.delivery);
-        match (current, offered) {
-            (None, offered) => self.subscribe(name, topic, offered),
-            (Some(None), Some(offered)) if offered == Delivery::PRESUMED => self.publishers_came(name, topic),
-            (Some(None), Some(offered)) => self.subscribe(name, topic, Some(offered)),
-            (Some(Some(current)), Some(offered)) if current.and(offered) != current => {
-                self.subscribe(name, topic, Some(current.and(offered)));
-            }
-            (Some(_), _) => {}
+        let Some(receiving) = self.receiving.get_mut(name) else {
+            return self.subscribe(name, topic, offered);
+        };
+        let Some(offered) = offered else { return };
+        let suitable = if receiving.has_publisher { receiving.delivery.and(offered) } else { offered };
+        if suitable != receiving.delivery {
+            self.subscribe(name, topic, Some(suitable));
+        } else if !receiving.has_publisher {
+            receiving.has_publisher = true;
+            self.announce(&Arc::new(record(name, topic)));
         }
     }
 
-    /// Announces the topic to the bag, because the topic has its first publisher. The subscription remains, so the publisher must
-    /// offer [`Delivery::PRESUMED`].
-    fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
-        if let Some(receiving) = self.receiving.get_mut(name) {
-            receiving.delivery = Some(Delivery::PRESUMED);
-        }
-        self.announce(&Arc::new(record(name, topic)));
-    }
-
-    fn subscribe(&mut self, name: &str, topic: &GraphTopic, delivery: Option<Delivery>) {
+    /// Subscribes to the topic with the QoS `offered` by its publishers, or without a publisher with the presumed one.
+    fn subscribe(&mut self, name: &str, topic: &GraphTopic, offered: Option<Delivery>) {
         if definition(&topic.message).is_none() {
             let message = topic.message.clone();
             return self.warn(BagError::UnknownType { topic: name.to_owned(), message }.to_string());
         }
         // The old subscription ends before the new one begins. Messages that arrive in between are missed, and counted.
         let sequences = self.receiving.remove(name).map(|old| old.sequences.clone()).unwrap_or_default();
-        let Delivery { reliable, transient_local } = delivery.unwrap_or(Delivery::PRESUMED);
+        let delivery = offered.unwrap_or_else(|| Delivery::presumed(topic));
+        let Delivery { reliable, transient_local } = delivery;
         let subscription = self.node.raw_subscription(name, &topic.message, reliable, transient_local);
         let record = Arc::new(record(name, topic));
         match subscription {
             Ok(subscription) => {
-                if delivery.is_some() {
+                if offered.is_some() {
                     self.announce(&record);
                 }
                 let receiver = Receiver {
@@ -238,7 +237,8 @@ impl Watcher {
                 };
                 let (message, mut task) = (topic.message.clone(), JoinSet::new());
                 task.spawn(receiver.run(subscription));
-                let receiving = Receiving { delivery, message, sequences, _task: task };
+                let has_publisher = offered.is_some();
+                let receiving = Receiving { delivery, has_publisher, message, sequences, _task: task };
                 self.receiving.insert(name.to_owned(), receiving);
             }
             Err(why) => self.warn(why.to_string()),

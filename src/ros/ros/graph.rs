@@ -14,6 +14,14 @@ pub struct GraphTopic {
     pub message: String,
     /// The QoS that each publisher offers; empty if the topic is only subscribed to.
     pub offered: Vec<OfferedQos>,
+    /// Whether a subscriber requests latched messages: those from before it existed.
+    pub is_requested_latched: bool,
+}
+
+impl GraphTopic {
+    fn new(message: String) -> Self {
+        Self { message, offered: Vec::new(), is_requested_latched: false }
+    }
 }
 
 /// Returns the topics of all other participants by name. If a topic has several types, returns the type of one of its
@@ -23,13 +31,14 @@ pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphT
     for writer in participant.discovered_writers() {
         let data = &writer.publication_topic_data;
         let Some((name, message)) = ros_names(&data.topic_name, &data.type_name) else { continue };
-        let topic = topics.entry(name).or_insert(GraphTopic { message, offered: Vec::new() });
+        let topic = topics.entry(name).or_insert(GraphTopic::new(message));
         topic.offered.push(offered(&data.qos()));
     }
     for reader in participant.discovered_readers() {
         let data = &reader.subscription_topic_data;
         let Some((name, message)) = ros_names(data.topic_name(), data.type_name()) else { continue };
-        topics.entry(name).or_insert(GraphTopic { message, offered: Vec::new() });
+        let topic = topics.entry(name).or_insert(GraphTopic::new(message));
+        topic.is_requested_latched |= is_latched(&data.qos());
     }
     topics
 }
@@ -75,10 +84,7 @@ fn offered(qos: &QosPolicies) -> OfferedQos {
         Some(Reliability::Reliable { .. }) => ReliabilityKind::Reliable,
         Some(Reliability::BestEffort) | None => ReliabilityKind::BestEffort,
     };
-    let durability = match qos.durability() {
-        Some(Durability::Volatile) | None => DurabilityKind::Volatile,
-        Some(_) => DurabilityKind::TransientLocal,
-    };
+    let durability = if is_latched(qos) { DurabilityKind::TransientLocal } else { DurabilityKind::Volatile };
     let (liveliness, lease) = match qos.liveliness() {
         Some(Liveliness::ManualByTopic { lease_duration }) => {
             (LivelinessKind::ManualByTopic, Some(lease_duration))
@@ -96,6 +102,10 @@ fn offered(qos: &QosPolicies) -> OfferedQos {
         liveliness,
         liveliness_lease: lease.and_then(finite),
     }
+}
+
+fn is_latched(qos: &QosPolicies) -> bool {
+    !matches!(qos.durability(), None | Some(Durability::Volatile))
 }
 
 fn finite(duration: rustdds::Duration) -> Option<Duration> {
