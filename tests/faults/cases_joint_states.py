@@ -15,7 +15,7 @@ def robot_in_motion():
 
 
 def case_stale(spoil, reason=""):
-    """Unusable joint states: the servo reports stale_state and the arm is at rest within twice the timeout. Later it arrives."""
+    """Unusable joint states: the servo reports stale_state and the arm is at rest soon. Later it arrives."""
     robot, goals = robot_in_motion()
     robot.spoil = getattr(spoilt, spoil)
     begin = time.monotonic()

@@ -23,7 +23,7 @@ def case_kill(servo):
 
 
 def case_plant_gone(plant):
-    """The plant is killed: stale_state, and zeros within twice the timeout."""
+    """The plant is killed: stale_state, and zeros soon."""
     goals = send_goal()
     moving()
     os.kill(int(plant), signal.SIGKILL)
@@ -128,7 +128,7 @@ while time.monotonic() < end: pass
 
 
 def case_frozen_plant(plant):
-    """The plant is frozen during a motion: stale_state, and zeros within twice the timeout."""
+    """The plant is frozen during a motion: stale_state, and zeros soon."""
     goals = send_goal()
     moving()
     os.kill(int(plant), signal.SIGSTOP)

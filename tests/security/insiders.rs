@@ -215,6 +215,7 @@ fn every_node_of_the_contract_starts_secured_with_all_of_its_topics() {
         println!("waiting for {topic}");
         wait_until(|| site.heard().into_iter().find(|name| name.ends_with(&topic)));
     }
+    assert_eq!(site.host.interrupt("recorder").0, Some(0));
 }
 
 fn assert_moves(demo: &[&str]) {

@@ -17,12 +17,16 @@ pub(super) struct Mismatch {
 /// ROS 2's name for delivery without retransmission.
 const BEST_EFFORT: &str = "BEST_EFFORT";
 
+/// Returns whether a publisher offers, or a subscriber requests, messages from before the subscriber existed.
+pub(crate) fn is_latched(qos: &QosPolicies) -> bool {
+    !matches!(qos.durability(), None | Some(Durability::Volatile))
+}
+
 impl Mismatch {
     /// Finds the policy that makes `requested` and `offered` incompatible. If several policies do, prefers reliability, then
     /// durability, because ROS 2 users set these two.
     pub fn new(requested: &QosPolicies, offered: &QosPolicies) -> Self {
         let is_reliable = |qos: &QosPolicies| matches!(qos.reliability(), Some(Reliability::Reliable { .. }));
-        let is_latched = |qos: &QosPolicies| !matches!(qos.durability(), None | Some(Durability::Volatile));
         if is_reliable(requested) && !is_reliable(offered) {
             return Self::of("RELIABLE", BEST_EFFORT, "publish RELIABLE or subscribe BEST_EFFORT");
         }

@@ -9,7 +9,7 @@ mod events;
 mod first_found;
 pub(crate) mod first_sample_request;
 pub(crate) mod handover;
-mod incompatible_qos;
+pub(crate) mod incompatible_qos;
 pub(crate) mod interfaces;
 pub(crate) mod kept_samples;
 pub(crate) mod large_replies;

@@ -1,8 +1,9 @@
 //! Lists the topics and services of other participants, and detects nodes that share a name.
 
+use crate::dds::incompatible_qos::is_latched;
 use crate::dds::matches::Matches;
 use dq_messages::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
-use rustdds::policy::{Durability, Liveliness, Reliability};
+use rustdds::policy::{Liveliness, Reliability};
 use rustdds::{DomainParticipant, GUID, QosPolicies};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -102,10 +103,6 @@ fn offered(qos: &QosPolicies) -> OfferedQos {
         liveliness,
         liveliness_lease: lease.and_then(finite),
     }
-}
-
-fn is_latched(qos: &QosPolicies) -> bool {
-    !matches!(qos.durability(), None | Some(Durability::Volatile))
 }
 
 fn finite(duration: rustdds::Duration) -> Option<Duration> {
